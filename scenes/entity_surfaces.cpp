@@ -42,9 +42,8 @@ public:
         std::vector<Surface> surfaces;
         for (std::size_t m = 0; m < names.size(); ++m) {
             const std::string& wanted = scene_material(entity_, names[m]);
-            Result<Surface> surface = wanted.empty() ? of_file(m) : of_scene(scene_.materials.at(wanted), m);
-            if (!surface) return surface.error();
-            surfaces.push_back(std::move(*surface));
+            HF_TRY(Surface surface, wanted.empty() ? of_file(m) : of_scene(scene_.materials.at(wanted), m));
+            surfaces.push_back(std::move(surface));
         }
         return surfaces;
     }
@@ -58,12 +57,12 @@ private:
             return Error{entity_.mesh.string(),
                          fmt::format("found no texture coordinates for image {} of material \"{}\"",
                                      material.image.string(), imported_.mesh.material_names[number])};
-        const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
-            {{material.image.filename().string(), material.image, image_in_memory(scene_, material.image)},
-             {},
-             AlphaMode::blend});
-        if (!texture) return texture.error();
-        surface.texture = *texture;
+        HF_TRY(const std::shared_ptr<const Texture> texture,
+               shelf_.texture({{material.image.filename().string(), material.image,
+                                image_in_memory(scene_, material.image)},
+                               {},
+                               AlphaMode::blend}));
+        surface.texture = texture;
         set_material(material, surface);
         return surface;
     }
@@ -71,10 +70,9 @@ private:
     Result<Surface> of_file(std::size_t number) {
         MeshMaterial described = imported_.materials[number];
         if (described.surface_map.is_there()) {
-            const Result<Rgb> mean = mean_of_numbers(described.surface_map);
-            if (!mean) return mean.error();
-            described.roughness *= mean->y;
-            described.metallic *= mean->z;
+            HF_TRY(const Rgb mean, mean_of_numbers(described.surface_map));
+            described.roughness *= mean.y;
+            described.metallic *= mean.z;
         }
         Surface surface = surface_of(described);
         surface.coloured = imported_.coloured[number];
@@ -86,10 +84,10 @@ private:
             warnings_.add_unmapped_image(entity_.mesh, described.image.name);
             return surface;
         }
-        const Result<std::shared_ptr<const Texture>> texture =
-            shelf_.texture({described.image, described.opacity_map, described.alpha, described.alpha_cutoff});
-        if (!texture) return texture.error();
-        surface.texture = *texture;
+        HF_TRY(const std::shared_ptr<const Texture> texture,
+               shelf_.texture(
+                   {described.image, described.opacity_map, described.alpha, described.alpha_cutoff}));
+        surface.texture = texture;
         return surface;
     }
 
@@ -107,9 +105,8 @@ Result<std::shared_ptr<const Texture>> TextureShelf::texture(const TextureSource
         if (known.image == source.image && known.opacity_map == source.opacity_map &&
             known.alpha == source.alpha && known.alpha_cutoff == source.alpha_cutoff)
             return texture;
-    Result<Texture> read = read_texture(source);
-    if (!read) return read.error();
-    textures_.emplace_back(source, std::make_shared<const Texture>(std::move(*read)));
+    HF_TRY(Texture read, read_texture(source));
+    textures_.emplace_back(source, std::make_shared<const Texture>(std::move(read)));
     return textures_.back().second;
 }
 

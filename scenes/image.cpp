@@ -94,10 +94,10 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
             return Error{where, exception_message(error)};
         }
     }
-    const Result<MappedFile> answer = read_apart(
-        image_task, bytes, "", reader_limits(bytes.size(), most_decoded * memory_per_decoded), where);
-    if (!answer) return answer.error();
-    return image_from_answer(answer->bytes, where);
+    HF_TRY(const MappedFile answer,
+           read_apart(image_task, bytes, "", reader_limits(bytes.size(), most_decoded * memory_per_decoded),
+                      where));
+    return image_from_answer(answer.bytes, where);
 }
 
 }  // namespace
@@ -113,11 +113,10 @@ std::atomic<ImageDecoder>& image_decoder() {
 
 Result<Image> read_image(const std::filesystem::path& file) {
     const std::string where = file.string();
-    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    if (!image_plugin(mapped->bytes)) return not_an_image(where);
-    if (const Result<Done> loaded = load_pages(*mapped, where); !loaded) return loaded.error();
-    return guarded_image(mapped->bytes, where);
+    HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    if (!image_plugin(mapped.bytes)) return not_an_image(where);
+    HF_TRY_DONE(load_pages(mapped, where));
+    return guarded_image(mapped.bytes, where);
 }
 
 Result<Image> read_image_bytes(std::string_view bytes, const std::string& where) {
@@ -126,18 +125,17 @@ Result<Image> read_image_bytes(std::string_view bytes, const std::string& where)
 
 Result<Done> write_image(const Image& image, const std::filesystem::path& file) {
     const std::string where = file.string();
-    if (Result<Done> good = check_shape(image, where); !good) return good.error();
+    HF_TRY_DONE(check_shape(image, where));
     const std::string ending = lower_ending(file);
     if (ending != ".exr" && ending != ".png")
         return Error{where, "found an unknown extension; expected .exr or .png"};
-    const Result<std::string> bytes =
-        ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where);
-    if (!bytes) return bytes.error();
-    return write_file(file, *bytes);
+    HF_TRY(const std::string bytes,
+           ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where));
+    return write_file(file, bytes);
 }
 
 Result<std::string> png_bytes(const Image& image) {
-    if (Result<Done> good = check_shape(image, "picture"); !good) return good.error();
+    HF_TRY_DONE(check_shape(image, "picture"));
     return png_file_bytes(image, !image.coverage.empty(), "picture");
 }
 
@@ -180,13 +178,12 @@ Image over(const Image& image, const Image& background) {
 }
 
 Result<LatLongImage> read_environment_image(const std::filesystem::path& file) {
-    Result<Image> image = read_image(file);
-    if (!image) return image.error();
-    if (image->width != 2 * image->height)
+    HF_TRY(Image image, read_image(file));
+    if (image.width != 2 * image.height)
         return Error{file.string(),
                      fmt::format("found {} x {} pixels; expected a lat-long image, twice as wide as high",
-                                 image->width, image->height)};
-    return LatLongImage{image->width, image->height, std::move(image->pixels)};
+                                 image.width, image.height)};
+    return LatLongImage{image.width, image.height, std::move(image.pixels)};
 }
 
 }  // namespace haarfield

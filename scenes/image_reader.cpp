@@ -131,11 +131,10 @@ Result<Image> decoded_image(std::string_view bytes, const std::string& where) {
 }
 
 Result<Done> read_task(std::string_view bytes, std::string_view, ByteSink& answer) {
-    const Result<Image> image = decoded_image(bytes, "");
-    if (!image) return image.error();
-    answer.value(ImageHead{image->width, image->height, image->relative_error.value_or(-1)});
-    answer.values(image->pixels);
-    answer.values(image->coverage);
+    HF_TRY(const Image image, decoded_image(bytes, ""));
+    answer.value(ImageHead{image.width, image.height, image.relative_error.value_or(-1)});
+    answer.values(image.pixels);
+    answer.values(image.coverage);
     return Done{};
 }
 

@@ -24,21 +24,14 @@ const std::map<std::string, RenderPass> render_pass_of{
 Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
                         std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
     if (options.evaluator == Evaluator::tree) {
-        Result<SceneRadiance> radiance = bounced_radiance(direct, indirect, progress);
-        if (!radiance) return radiance.error();
-        baked.fine = std::move(*radiance);
+        HF_TRY(baked.fine, bounced_radiance(direct, indirect, progress));
         return Done{};
     }
-    Result<SceneRadiance> radiance =
-        options.evaluator == Evaluator::rays
-            ? ray_scene_radiance(direct.scene, options.samples, progress, direct.sharing)
-            : dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing);
-    if (!radiance) return radiance.error();
-    baked.fine = std::move(*radiance);
+    HF_TRY(baked.fine, options.evaluator == Evaluator::rays
+                           ? ray_scene_radiance(direct.scene, options.samples, progress, direct.sharing)
+                           : dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing));
     if (direct.settings.bounces.most == 0) return Done{};
-    Result<IndirectLight> found = scene_indirect_light(direct, progress);
-    if (!found) return found.error();
-    indirect = std::move(*found);
+    HF_TRY(indirect, scene_indirect_light(direct, progress));
     PointShading lit = direct;
     lit.indirect = &*indirect;
     return add_indirect_radiance(lit, baked.fine, progress);
@@ -53,18 +46,14 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
         const std::size_t budget =
             options.vertex_budget ? *options.vertex_budget : usual_vertex_budget(entities);
         const std::vector<Mesh> start = surface_meshes(entities, budget / refinement_share);
-        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, progress);
-        if (!begun) return begun.error();
-        Result<Refinement> refined =
-            refined_radiance(shading, {*options.refine, budget}, std::move(*begun), progress);
-        if (!refined) return refined.error();
+        HF_TRY(std::vector<RadiantMesh> begun, mesh_radiance(shading, start, progress));
+        HF_TRY(Refinement refined,
+               refined_radiance(shading, {*options.refine, budget}, std::move(begun), progress));
         baked.refinement =
-            RefinementOutcome{budget, refined->largest_error, refined->shaded_points, refined->rounds};
-        baked.refined = std::move(refined->meshes);
+            RefinementOutcome{budget, refined.largest_error, refined.shaded_points, refined.rounds};
+        baked.refined = std::move(refined.meshes);
     } else {
-        Result<std::vector<RadiantMesh>> fine = mesh_radiance(shading, fine_meshes(entities), progress);
-        if (!fine) return fine.error();
-        baked.refined = std::move(*fine);
+        HF_TRY(baked.refined, mesh_radiance(shading, fine_meshes(entities), progress));
     }
     if (options.colours == BakedColours::fitted) return fit_radiance(shading, baked.refined, progress);
     return Done{};
@@ -162,12 +151,11 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
         shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
         options.colours == BakedColours::fitted, options.evaluator == Evaluator::dense,
         options.evaluator == Evaluator::rays ? options.samples : 0};
-    Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
-    if (!values) return values.error();
+    HF_TRY(std::vector<SceneRadiance> values, render_passes(bake, shaded.radiance, wanted, progress));
     if (is_partial(shading.sharing)) return Done{};
     for (std::size_t p = 0; p < options.passes.size(); ++p)
         baked.passes.push_back(
-            baked_pass(options.passes[p], (*values)[p], scene, entities, shaded, baked.instances));
+            baked_pass(options.passes[p], values[p], scene, entities, shaded, baked.instances));
     for (const BakedPass& pass : baked.passes) {
         std::string name = pass.name;
         std::ranges::replace(name, '-', '_');
@@ -210,37 +198,28 @@ Result<Done> check_bake(const BakeOptions& options) {
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,
                                const Progress& progress, const PointSharing* sharing) {
-    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
-    if (!geometry) return geometry.error();
+    HF_TRY(const ShadingGeometry geometry, shading_geometry(shaded, settings, progress));
     const SceneLight light = scene_light(shaded, settings, progress.stop);
-    PointShading shading{shaded, *geometry, light, settings, nullptr, nullptr, sharing};
+    PointShading shading{shaded, geometry, light, settings, nullptr, nullptr, sharing};
     BakedScene baked;
     std::optional<IndirectLight> indirect;
     const bool is_fine = !options.refine && options.colours == BakedColours::sampled;
     if (is_fine) {
-        if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
-            return done.error();
+        HF_TRY_DONE(shade_fine(shading, options, indirect, progress, baked));
         if (settings.bounces.most > 0 && is_partial(sharing)) return baked;
     } else if (settings.bounces.most > 0) {
-        Result<IndirectLight> found = scene_indirect_light(shading, progress);
-        if (!found) return found.error();
-        indirect = std::move(*found);
+        HF_TRY(indirect, scene_indirect_light(shading, progress));
     }
     if (indirect) {
         shading.indirect = &*indirect;
         shading.sharing = nullptr;  // a process with indirect light has all points
         baked.bounces = BounceOutcome{indirect->bounces, indirect->left_out, indirect->transport_bytes};
     }
-    if (!is_fine)
-        if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done)
-            return done.error();
+    if (!is_fine) HF_TRY_DONE(shade(shading, entities, options, progress, baked));
     const ShadedMeshes shaded_instances = shaded_meshes(entities, baked);
     if (!is_partial(shading.sharing))
         baked.instances = layered_instances(scene, entities, shaded_instances, baked.layered);
-    if (const Result<Done> added =
-            add_passes(scene, entities, shading, options, shaded_instances, progress, baked);
-        !added)
-        return added.error();
+    HF_TRY_DONE(add_passes(scene, entities, shading, options, shaded_instances, progress, baked));
     return baked;
 }
 

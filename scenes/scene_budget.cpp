@@ -22,19 +22,15 @@ Result<SceneBudget> scene_budget(const SceneEntities& entities, const ShadedScen
                                  const Progress& progress, std::uint32_t ray_samples) {
     std::vector<const Mesh*> originals;
     for (const auto& entity : entities.entities) originals.push_back(&blocking_surface(entity->mesh));
-    Result<ErrorBudget> budget = error_budget(shaded, originals, settings, points, progress);
-    if (!budget) return budget.error();
-    Result<SceneRadiance> radiance = scene_radiance(shaded, settings, progress);
-    if (!radiance) return radiance.error();
-    SceneBudget result{std::move(budget->entries), std::move(budget->vertices), std::move(budget->wrong),
-                       total(*radiance)};
-    const Result<BudgetEntry> interpolation =
-        interpolation_error(shaded, random_points(pixels, points), settings, progress);
-    if (!interpolation) return interpolation.error();
-    result.entries.push_back(*interpolation);
-    const Result<BudgetEntry> rays = ray_difference(shaded, result.vertices, ray_samples, progress);
-    if (!rays) return rays.error();
-    result.entries.push_back(*rays);
+    HF_TRY(ErrorBudget budget, error_budget(shaded, originals, settings, points, progress));
+    HF_TRY(SceneRadiance radiance, scene_radiance(shaded, settings, progress));
+    SceneBudget result{std::move(budget.entries), std::move(budget.vertices), std::move(budget.wrong),
+                       total(radiance)};
+    HF_TRY(const BudgetEntry interpolation,
+           interpolation_error(shaded, random_points(pixels, points), settings, progress));
+    result.entries.push_back(interpolation);
+    HF_TRY(const BudgetEntry rays, ray_difference(shaded, result.vertices, ray_samples, progress));
+    result.entries.push_back(rays);
     return result;
 }
 

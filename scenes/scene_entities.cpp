@@ -74,10 +74,9 @@ public:
         if (const auto given = mesh_in_memory(scene_, path)) return given.get();
         const auto known = models_.find(path);
         if (known != models_.end()) return &known->second;
-        Result<ModelFile> opened = ModelFile::open(path);
-        if (!opened) return opened.error();
-        if (!shared_.contains(path)) return &last_.emplace(std::move(*opened));
-        return &models_.emplace(path, std::move(*opened)).first->second;
+        HF_TRY(ModelFile opened, ModelFile::open(path));
+        if (!shared_.contains(path)) return &last_.emplace(std::move(opened));
+        return &models_.emplace(path, std::move(opened)).first->second;
     }
 
 private:
@@ -105,46 +104,40 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
 Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, bool originals,
                        ModelShelf& models, TextureShelf& shelf, ModelWarnings& warnings,
                        const Progress& progress, SceneEntity& entity) {
-    const Result<const ModelFile*> model = models.file(description.mesh);
-    if (!model) return model.error();
-    const Result<std::optional<std::size_t>> part = part_of(**model, description);
-    if (!part) return part.error();
-    Result<ImportedMesh> imported =
-        read_mesh(**model, *part, {.appearance = true, .originals = originals, .faces = description.faces});
-    if (!imported) return imported.error();
+    HF_TRY(const ModelFile* model, models.file(description.mesh));
+    HF_TRY(const std::optional<std::size_t> part, part_of(*model, description));
+    HF_TRY(ImportedMesh imported,
+           read_mesh(*model, part, {.appearance = true, .originals = originals, .faces = description.faces}));
     if (originals) {
-        Result<ListedMesh> listed = (*model)->listed(*part);
-        if (!listed) return listed.error();
-        entity.listed = shaped_listing(std::move(*listed), shape);
+        HF_TRY(ListedMesh listed, model->listed(part));
+        entity.listed = shaped_listing(std::move(listed), shape);
     }
-    Result<std::vector<Surface>> surfaces = entity_surfaces(scene, description, *imported, shelf, warnings);
-    if (!surfaces) return surfaces.error();
-    if (uses_file_materials(description, *imported))
-        warnings.add_unused(description.mesh, (*model)->unused());
+    HF_TRY(std::vector<Surface> surfaces, entity_surfaces(scene, description, imported, shelf, warnings));
+    if (uses_file_materials(description, imported)) warnings.add_unused(description.mesh, model->unused());
     DistinctAttributes wanted;
     wanted.originals = originals;
     MeshPreparation preparation{originals ? 0 : description.fine_vertices, description.coarse_triangles};
-    for (const Surface& surface : *surfaces) {
+    for (const Surface& surface : surfaces) {
         wanted.uvs.push_back(surface.texture != nullptr);
         wanted.colours.push_back(surface.coloured);
         preparation.opacity.push_back(surface.texture ? opacity_map(*surface.texture) : OpacityMap());
     }
     preparation.split_crossed = !originals;
     preparation.faces = description.faces;
-    const bool is_less = wanted.uvs != imported->mapped || wanted.colours != imported->coloured;
-    if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
+    const bool is_less = wanted.uvs != imported.mapped || wanted.colours != imported.coloured;
+    if (is_less) imported.mesh = with_shared_vertices(imported.mesh, wanted);
     if (shape != Shape()) {
-        imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
-        leave_out_bad_triangles(imported->mesh, imported->findings);  // Rounding can make triangles
-                                                                      // degenerate.
+        imported.mesh = shaped_mesh(std::move(imported.mesh), shape);
+        leave_out_bad_triangles(imported.mesh, imported.findings);  // Rounding can make triangles
+                                                                    // degenerate.
     }
-    Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);
+    Result<PreparedMesh> prepared = prepare_mesh(std::move(imported), preparation, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
-    entity.left_handed = (*model)->is_left_handed() && !mirrors(shape);
+    entity.left_handed = model->is_left_handed() && !mirrors(shape);
     if (entity.left_handed) warnings.add_left_handed(description.mesh);
     warnings.add_findings(description.mesh, description.part, notable_findings(entity.mesh));
-    entity.surfaces = std::move(*surfaces);
+    entity.surfaces = std::move(surfaces);
     entity.materials = materials_of(entity.surfaces);
     return Done{};
 }
@@ -152,26 +145,25 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
 Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings,
                                 const SceneEntityOptions& options, const Progress& progress) {
     if (options.fields_folder.empty()) {
-        Result<VisibilityField> field =
-            precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
-        if (!field) return field.error();
-        entity.field = *std::move(field);
+        HF_TRY(entity.field,
+               precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress));
         return Done{};
     }
-    Result<LibraryField> found = library_field(
-        options.fields_folder, entity.name, field_keys(entity.mesh, settings), options.unsealed,
-        [&](const PrecomputedSamples& known) {
-            return precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress, known);
-        },
-        progress);
-    if (!found) return found.error();
-    if (found->field.local_handles.size() != entity.mesh.fine.positions.size())
-        return Error{found->file.string(), "found a field of another mesh; expected the mesh of its key"};
-    entity.field = std::move(found->field);
-    entity.field_file = std::move(found->file);
-    entity.reused = found->reused;
-    entity.surroundings_reused = found->surroundings_reused;
-    entity.recomputed_because = std::move(found->recomputed_because);
+    HF_TRY(LibraryField found,
+           library_field(
+               options.fields_folder, entity.name, field_keys(entity.mesh, settings), options.unsealed,
+               [&](const PrecomputedSamples& known) {
+                   return precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress,
+                                           known);
+               },
+               progress));
+    if (found.field.local_handles.size() != entity.mesh.fine.positions.size())
+        return Error{found.file.string(), "found a field of another mesh; expected the mesh of its key"};
+    entity.field = std::move(found.field);
+    entity.field_file = std::move(found.file);
+    entity.reused = found.reused;
+    entity.surroundings_reused = found.surroundings_reused;
+    entity.recomputed_because = std::move(found.recomputed_because);
     return Done{};
 }
 
@@ -194,7 +186,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
                                              const Progress& progress) {
     SceneEntities result;
     if (options.fields && !options.fields_folder.empty()) {
-        if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
+        HF_TRY_DONE(make_folder(options.fields_folder));
         remove_abandoned_claims(options.fields_folder);
     }
     std::vector<Variant> known;  // By result.entities.
@@ -208,7 +200,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         result.entity_of_instance.push_back(static_cast<std::size_t>(same - known.begin()));
         if (same != known.end()) continue;
         known.push_back({instance.entity, instance.shape});
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        if (progress.stop.stop_requested()) return interruption();
 
         const Entity& description = scene.entities[instance.entity];
         auto entity = std::make_unique<SceneEntity>();
@@ -216,11 +208,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (instance.shape != Shape()) entity->name += "~" + shape_name(instance.shape);
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        if (const Result<Done> taken =
-                take_mesh(scene, description, instance.shape, options.original_vertices, models, shelf,
-                          warnings, progress, *entity);
-            !taken)
-            return taken.error();
+        HF_TRY_DONE(take_mesh(scene, description, instance.shape, options.original_vertices, models, shelf,
+                              warnings, progress, *entity));
         entity->occlusion.emplace(entity->mesh);
         entity->tints = vertex_tints(entity->mesh.fine, entity->surfaces);
         entity->mesh_seconds = seconds_since(mesh_start);
@@ -228,8 +217,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (options.fields) {
             const Clock::time_point field_start = Clock::now();
             const FieldSettings settings = entity_field_settings(description, *entity->occlusion, options);
-            const Result<Done> done = find_or_make_field(*entity, settings, options, progress);
-            if (!done) return done.error();
+            HF_TRY_DONE(find_or_make_field(*entity, settings, options, progress));
             entity->field_seconds = seconds_since(field_start);
         }
         result.entities.push_back(std::move(entity));

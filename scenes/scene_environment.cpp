@@ -25,13 +25,12 @@ Result<Environment> read_light(const Scene& scene, const std::filesystem::path& 
                                const std::optional<AnalyticSky>& sky, std::vector<std::string>& warnings) {
     if (sky) return sky_environment(*sky, sky_width);
     const auto given = environment_in_memory(scene, file);
-    Result<LatLongImage> image = given ? Result<LatLongImage>(*given) : read_environment_image(file);
-    if (!image) return image.error();
-    const EnvironmentFindings findings = clean_environment(*image);
+    HF_TRY(LatLongImage image, given ? Result<LatLongImage>(*given) : read_environment_image(file));
+    const EnvironmentFindings findings = clean_environment(image);
     if (findings.negative_values + findings.non_finite_values > 0)
         warnings.push_back(fmt::format("{}: {} negative and {} non-finite values clamped", file.string(),
                                        findings.negative_values, findings.non_finite_values));
-    return Environment(std::move(*image));
+    return Environment(std::move(image));
 }
 
 /// Returns the directions through the centres of 12 x 9 cells of the picture.

@@ -120,9 +120,8 @@ public:
     Importer(const SceneImport& wanted, const Progress& progress) : wanted_(wanted), progress_(progress) {}
 
     Result<Done> add(const std::filesystem::path& path) {
-        const Result<ModelFile> opened = ModelFile::open(path);
-        if (!opened) return opened.error();
-        const ModelFile& model = *opened;
+        HF_TRY(const ModelFile opened, ModelFile::open(path));
+        const ModelFile& model = opened;
         const std::size_t file = files_.size();
         files_.push_back({path.string(), Vec3d(0, 0, 0), model.is_left_handed()});
         const std::string stem = file_name(path.stem().string(), "model");
@@ -137,22 +136,20 @@ public:
                                            parts.unread_lights));
         if (wanted_.whole || stands_still || parts.names.size() == 1) {
             const bool is_part = parts.names.size() == 1 && !wanted_.whole && !stands_still;
-            const Result<std::optional<std::size_t>> entity =
-                add_entity(model, is_part ? std::optional<std::size_t>(0) : std::nullopt, stem, path);
-            if (!entity) return entity.error();
-            if (!*entity) return Done{};
-            if (!is_part) placed_.push_back({**entity, stem, AffineMap(), file});
+            HF_TRY(const std::optional<std::size_t> entity,
+                   add_entity(model, is_part ? std::optional<std::size_t>(0) : std::nullopt, stem, path));
+            if (!entity) return Done{};
+            if (!is_part) placed_.push_back({*entity, stem, AffineMap(), file});
             for (const ModelNode& node : parts.nodes)
-                if (is_part) placed_.push_back({**entity, file_name(node.name, stem), node.place, file});
+                if (is_part) placed_.push_back({*entity, file_name(node.name, stem), node.place, file});
             return Done{};
         }
         std::vector<std::optional<std::size_t>> entity_of_part;
         for (std::size_t part = 0; part < parts.names.size(); ++part) {
-            if (progress_.stop.stop_requested()) return Error{"", interrupted};
-            const Result<std::optional<std::size_t>> entity =
-                add_entity(model, part, file_name(parts.names[part], stem), path);
-            if (!entity) return entity.error();
-            entity_of_part.push_back(*entity);
+            if (progress_.stop.stop_requested()) return interruption();
+            HF_TRY(const std::optional<std::size_t> entity,
+                   add_entity(model, part, file_name(parts.names[part], stem), path));
+            entity_of_part.push_back(entity);
             if (progress_.report) progress_.report("parts of " + stem, part + 1, parts.names.size());
         }
         for (const ModelNode& node : parts.nodes)
@@ -313,11 +310,10 @@ private:
         if (part) entity.part = model.parts().names[*part];
         scene.entities.push_back(std::move(entity));
         extents_.push_back(extent_of(imported->mesh));
-        const Result<FaceGatherer> as_it_is = model.faces(part);
-        if (!as_it_is) return as_it_is.error();
-        possible_rooms_.push_back(possible_rooms(as_it_is->mesh));
-        triangle_counts_.push_back(as_it_is->mesh.triangles.size());
-        faces_.push_back(as_it_is->mesh.triangles.size() > most_room_triangles ? Mesh() : as_it_is->mesh);
+        HF_TRY(const FaceGatherer as_it_is, model.faces(part));
+        possible_rooms_.push_back(possible_rooms(as_it_is.mesh));
+        triangle_counts_.push_back(as_it_is.mesh.triangles.size());
+        faces_.push_back(as_it_is.mesh.triangles.size() > most_room_triangles ? Mesh() : as_it_is.mesh);
         emits_light_ |= std::ranges::any_of(
             imported->materials, [](const MeshMaterial& material) { return material.emission != Rgb(0.0f); });
         areas_.push_back(0);
@@ -771,9 +767,8 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
                                       const std::filesystem::path& folder, const SceneImport& wanted,
                                       const Progress& progress) {
     Importer importer(wanted, progress);
-    for (const std::filesystem::path& file : files)
-        if (const Result<Done> added = importer.add(file); !added) return added.error();
-    if (const Result<Done> placed = importer.place(); !placed) return placed.error();
+    for (const std::filesystem::path& file : files) HF_TRY_DONE(importer.add(file));
+    HF_TRY_DONE(importer.place());
     ImportedScene imported{std::move(importer.scene), {}, importer.warnings};
     Scene& scene = imported.scene;
     EnvironmentDescription& environment = scene.environment;
@@ -794,9 +789,8 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
         imported.floor_obj = floor_text(importer.bounds);
         Rgb albedo(floor_grey);
         if (!environment.image.empty()) {
-            const Result<Environment> light = described_environment(scene, imported.warnings);
-            if (!light) return light.error();
-            albedo = floor_albedo(*light);
+            HF_TRY(const Environment light, described_environment(scene, imported.warnings));
+            albedo = floor_albedo(light);
         }
         add_floor(folder, albedo, scene);
     }

@@ -360,9 +360,8 @@ std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const tom
 }  // namespace
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
-    const Result<toml::table> parsed = read_toml(path);
-    if (!parsed) return parsed.error();
-    return scene_of_tables(*parsed, {path.string(), path.stem().string(), path.parent_path(), nullptr});
+    HF_TRY(const toml::table parsed, read_toml(path));
+    return scene_of_tables(parsed, {path.string(), path.stem().string(), path.parent_path(), nullptr});
 }
 
 Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& origin) {

@@ -52,9 +52,8 @@ Result<Done> take_bytes(const MeshImage& image, bool wants_jpeg, bool wants_png,
         return Done{};
     };
     if (image.bytes) return take(*image.bytes);
-    const Result<MappedFile> mapped = mapped_file(image.file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    return take(mapped->bytes);
+    HF_TRY(const MappedFile mapped, mapped_file(image.file, MappedPages::as_read));
+    return take(mapped.bytes);
 }
 
 /// Returns the opacity that a map stores at relative coordinates: its alpha, or its luminance.
@@ -150,21 +149,18 @@ Result<Texture> read_texture(const TextureSource& source) {
     texture.mean = Rgb(Vec3f(sum / double(texture.texels.size())));
     if (has_colour) {
         const bool has_own_alpha = !has_map && source.alpha == AlphaMode::blend;
-        if (const Result<Done> taken =
-                take_bytes(source.image, !texture.has_alpha, !texture.has_alpha || has_own_alpha, texture);
-            !taken)
-            return taken.error();
+        HF_TRY_DONE(
+            take_bytes(source.image, !texture.has_alpha, !texture.has_alpha || has_own_alpha, texture));
     }
     return texture;
 }
 
 Result<Rgb> mean_of_numbers(const MeshImage& image) {
-    const Result<Image> map = read(image);
-    if (!map) return map.error();
+    HF_TRY(const Image map, read(image));
     Vec3d sum(0.0);
-    for (const Rgb& pixel : map->pixels)
+    for (const Rgb& pixel : map.pixels)
         for (int c = 0; c < 3; ++c) sum[c] += double(srgb_encoded(pixel[c]));
-    return Rgb(Vec3f(sum / double(map->pixels.size())));
+    return Rgb(Vec3f(sum / double(map.pixels.size())));
 }
 
 }  // namespace haarfield

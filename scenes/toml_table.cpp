@@ -78,11 +78,10 @@ void TomlFile::refuse(const toml::source_region& where, std::string what) {
 }
 
 Result<toml::table> read_toml(const std::filesystem::path& file) {
-    const Result<std::string> text = read_whole_file(file, largest_file);
-    if (!text) return text.error();
-    if (auto error = unparsable(*text, file.string())) return *std::move(error);
+    HF_TRY(const std::string text, read_whole_file(file, largest_file));
+    if (auto error = unparsable(text, file.string())) return *std::move(error);
     try {
-        return toml::parse(*text, file.string());
+        return toml::parse(text, file.string());
     } catch (const toml::parse_error& error) {
         return Error{place(file.string(), error.source().begin), std::string(error.description())};
     }

@@ -255,7 +255,7 @@ TEST(Bounces, CanBeInterrupted) {
     const Result<LightTransport> made =
         LightTransport::make(bowl.scene, bowl.geometry(), bowl.surface(), 64, {{}, stop.get_token()});
     ASSERT_FALSE(made);
-    EXPECT_EQ(made.error().what, interrupted);
+    EXPECT_EQ(made.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace

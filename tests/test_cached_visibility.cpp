@@ -107,7 +107,7 @@ TEST(CachedVisibility, CanBeInterrupted) {
     const Result<CachedVisibility> kept =
         CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty, {{}, stop.get_token()});
     ASSERT_FALSE(kept);
-    EXPECT_EQ(kept.error().what, interrupted);
+    EXPECT_EQ(kept.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST(Claim, WaitingReportsProgressAndCanBeInterrupted) {
     };
     const auto waited = Claim::on(folder / "work.claim", progress);
     ASSERT_FALSE(waited);
-    EXPECT_EQ(waited.error().what, interrupted);
+    EXPECT_EQ(waited.error().code, ErrorCode::interrupted);
     EXPECT_NE(said.find("waiting"), std::string::npos) << said;
 }
 

@@ -287,7 +287,7 @@ TEST(FieldPrecompute, StopsInTheMiddle) {
     };
     const auto field = precompute_field("box", mesh, EntityOcclusion(mesh), {}, progress);
     ASSERT_FALSE(field);
-    EXPECT_EQ(field.error().what, interrupted);
+    EXPECT_EQ(field.error().code, ErrorCode::interrupted);
     EXPECT_LT(most, 1000u);
 }
 
@@ -297,7 +297,7 @@ TEST(FieldPrecompute, StopsWhenAsked) {
     stop.request_stop();
     const auto field = precompute_field("box", mesh, EntityOcclusion(mesh), {}, {{}, stop.get_token()});
     ASSERT_FALSE(field);
-    EXPECT_EQ(field.error().what, interrupted);
+    EXPECT_EQ(field.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace

@@ -78,10 +78,10 @@ TEST(LobeVectors, StopWhenAsked) {
     const float exponent[] = {20};
     const auto shapes = lobe_shapes(exponent, 16, 0, {{}, stop.get_token()});
     ASSERT_FALSE(shapes);
-    EXPECT_EQ(shapes.error().what, interrupted);
+    EXPECT_EQ(shapes.error().code, ErrorCode::interrupted);
     const auto vectors = lobe_vectors(*lobe_shapes(exponent, 16, 0), {}, 0, {{}, stop.get_token()});
     ASSERT_FALSE(vectors);
-    EXPECT_EQ(vectors.error().what, interrupted);
+    EXPECT_EQ(vectors.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace

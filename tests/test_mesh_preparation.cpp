@@ -349,7 +349,7 @@ TEST(MeshPreparation, StopsWhenAsked) {
     progress.report = [&](std::string_view, std::uint64_t, std::uint64_t) { source.request_stop(); };
     const Result<PreparedMesh> result = prepare_mesh({sphere(40, 80), {}}, {20000, 500}, progress);
     ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().what, interrupted);
+    EXPECT_EQ(result.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace haarfield

@@ -219,7 +219,7 @@ TEST(MeshRefinement, CanBeInterrupted) {
     progress.report = [&](std::string_view, std::uint64_t, std::uint64_t) { stop.request_stop(); };
     const auto refined = refined_radiance(lit.shading, {1e-4f, 100000}, start, progress);
     ASSERT_FALSE(refined);
-    EXPECT_EQ(refined.error().message(), interrupted);
+    EXPECT_EQ(refined.error().code, ErrorCode::interrupted);
 }
 
 }  // namespace

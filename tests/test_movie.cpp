@@ -125,7 +125,7 @@ TEST_F(MovieTest, StopsWhenAsked) {
     const auto written =
         write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {{}, stop.get_token()}, encoder);
     ASSERT_FALSE(written);
-    EXPECT_EQ(written.error().what, interrupted);
+    EXPECT_EQ(written.error().code, ErrorCode::interrupted);
     EXPECT_TRUE(files().empty());
 }
 

@@ -120,7 +120,7 @@ TEST(ParallelLoop, EndsSoonAfterAStopRequest) {
                                                },
                                                "counting", {{}, stop.get_token()});
     ASSERT_FALSE(stopped);
-    EXPECT_EQ(stopped.error().what, interrupted);
+    EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
     EXPECT_LT(done, 1000u);
 
     done = 0;

@@ -114,7 +114,7 @@ TEST(PovrayProcess, StopsWhenAskedAndLeavesNothing) {
     progress.stop = stop.get_token();
     const Result<PovrayRun> run = run_povray(folder / "endless.pov", folder / "a.exr", small(), progress);
     ASSERT_FALSE(run);
-    EXPECT_EQ(run.error().what, interrupted);
+    EXPECT_EQ(run.error().code, ErrorCode::interrupted);
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"endless.pov"}));
 }
 

@@ -168,7 +168,7 @@ TEST(RadianceTransfer, StopsWhenAsked) {
         motion_transfer(scene.scene, scene.geometry(), settings(), {}, light, {}, 1, progress);
     ASSERT_TRUE(!by_light && !by_view && !by_motion);
     for (const auto& error : {by_light.error(), by_view.error(), by_motion.error()})
-        EXPECT_EQ(error.what, interrupted);
+        EXPECT_EQ(error.code, ErrorCode::interrupted);
 }
 
 }  // namespace

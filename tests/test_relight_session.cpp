@@ -202,7 +202,7 @@ TEST_P(RelightSessionBy, NothingIsReportedAfterAStopRequest) {
                                                                },
                                                                stop.get_token()});
             ASSERT_FALSE(result) << what << " at " << last;
-            EXPECT_EQ(result.error().what, interrupted);
+            EXPECT_EQ(result.error().code, ErrorCode::interrupted);
             EXPECT_EQ(reports, last) << what;
         }
     };
@@ -578,7 +578,7 @@ TEST_P(RelightSessionBy, InterruptedCallsChangeNothing) {
     const Progress progress{{}, stop.get_token()};
     const auto instances = session.instances();
     const auto is_interrupted = [](const Result<Done>& result) {
-        return !result && result.error().what == interrupted;
+        return !result && result.error().code == ErrorCode::interrupted;
     };
     EXPECT_TRUE(is_interrupted(opened(GetParam()).session().prepare(progress)));
     EXPECT_TRUE(is_interrupted(session.vary_eye(progress)));

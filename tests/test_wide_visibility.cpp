@@ -106,7 +106,7 @@ TEST(WideVisibility, StopsWhenAsked) {
     stop.request_stop();
     const auto result = WideVisibility::make(example.field, std::vector<std::uint32_t>{0}, stop.get_token());
     ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().what, interrupted);
+    EXPECT_EQ(result.error().code, ErrorCode::interrupted);
 }
 
 TEST(OcclusionVectors, AreTheCoefficientsOfTheOcclusionByTheSamples) {

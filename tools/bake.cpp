@@ -56,40 +56,35 @@ OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entit
 }
 
 Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
-    if (const Result<Done> good = check_bake(options.render.bake); !good) return good.error();
+    HF_TRY_DONE(check_bake(options.render.bake));
     const std::filesystem::path output = options.output;
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
-    Result<Environment> environment = opened_environment(*scene, context);
-    if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    expose_room(*scene, *entities, *environment, context);
+    HF_TRY(Scene scene, opened_scene(options.scene));
+    HF_TRY(Environment environment, opened_environment(scene, context));
+    HF_TRY(const SceneEntities entities, opened_entities(scene, options.render, output, context));
+    HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
+    expose_room(scene, entities, environment, context);
 
-    const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
+    const ShadedScene shaded = shaded_scene(scene, entities, std::move(environment));
     const Stopwatch watch;
     std::optional<PointSharing> sharing;
     if (context.share) sharing = point_sharing(*context.share);
-    const Result<BakedScene> baked =
-        baked_scene(*scene, *entities, shaded, options.render.shading, options.render.bake, context.progress,
-                    sharing ? &*sharing : nullptr);
-    if (!baked) return baked.error();
+    HF_TRY(const BakedScene baked,
+           baked_scene(scene, entities, shaded, options.render.shading, options.render.bake, context.progress,
+                       sharing ? &*sharing : nullptr));
     if (context.share && !context.share->joins) return ExitCode::done;
-    if (baked->refinement)
+    if (baked.refinement)
         context.report["refinement"] = {{"tolerance", *options.render.bake.refine},
-                                        {"vertex_budget", baked->refinement->vertex_budget},
-                                        {"largest_error", baked->refinement->largest_error},
-                                        {"shaded_points", baked->refinement->shaded_points},
-                                        {"rounds", baked->refinement->rounds}};
-    if (baked->bounces)
-        context.report["bounces"] = {{"computed", baked->bounces->computed},
-                                     {"left_out", baked->bounces->left_out},
-                                     {"matrix_bytes", baked->bounces->matrix_bytes}};
+                                        {"vertex_budget", baked.refinement->vertex_budget},
+                                        {"largest_error", baked.refinement->largest_error},
+                                        {"shaded_points", baked.refinement->shaded_points},
+                                        {"rounds", baked.refinement->rounds}};
+    if (baked.bounces)
+        context.report["bounces"] = {{"computed", baked.bounces->computed},
+                                     {"left_out", baked.bounces->left_out},
+                                     {"matrix_bytes", baked.bounces->matrix_bytes}};
     const RunTime shading = watch.elapsed();
 
-    const std::vector<BakedInstance>& instances = baked->instances;
+    const std::vector<BakedInstance>& instances = baked.instances;
     std::size_t vertices = 0;
     for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
     context.report["vertices"] = vertices;
@@ -101,57 +96,52 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
                   shading.wall);
 
-    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (context.progress.stop.stop_requested()) return interruption();
     const LatLongImage background = image_with_suns(shaded.environment);
-    const Result<BakedFiles> files = written_scene(output, file_stem(*scene), scene->camera, instances,
-                                                   BackgroundDescription{&background}, context);
-    if (!files) return files.error();
-    context.report["scene"] = files->scene.string();
-    for (const std::filesystem::path& image : files->images)
+    HF_TRY(const BakedFiles files, written_scene(output, file_stem(scene), scene.camera, instances,
+                                                 BackgroundDescription{&background}, context));
+    context.report["scene"] = files.scene.string();
+    for (const std::filesystem::path& image : files.images)
         context.report["images"].push_back(image.string());
-    context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
+    context.print("scene  {} with {} includes\n", files.scene.string(), files.includes.size());
     std::optional<OriginalBake> original;
     std::vector<MeshFormat> formats;
     for (const std::string& name : options.formats)
         formats.push_back(*std::ranges::find(mesh_formats(), name, &MeshFormat::name));
     if (options.render.entities.original_vertices)
-        original = at_original_vertices(*scene, *entities, instances,
+        original = at_original_vertices(scene, entities, instances,
                                         std::ranges::any_of(formats, &MeshFormat::has_images), context);
     for (const MeshFormat& format : formats) {
-        const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format.name);
+        const std::filesystem::path mesh = output / (file_stem(scene) + "." + format.name);
         const std::vector<BakedInstance>& of_file = !original           ? instances
                                                     : format.has_images ? original->textured
                                                                         : original->instances;
-        if (const Result<Done> written = format.write(mesh, of_file); !written) return written.error();
+        HF_TRY_DONE(format.write(mesh, of_file));
         context.report["meshes"].push_back(mesh.string());
         context.print("mesh   {}\n", mesh.string());
     }
 
     std::vector<std::filesystem::path> pass_scenes;
-    for (const BakedPass& pass : baked->passes) {
-        const Result<BakedFiles> pass_files =
-            written_scene(output / pass.name, file_stem(*scene) + "_" + pass.name, scene->camera,
-                          pass.instances, {pass.has_environment ? &background : nullptr}, context);
-        if (!pass_files) return pass_files.error();
-        pass_scenes.push_back(pass_files->scene);
-        context.report["passes"].push_back({{"pass", pass.name}, {"scene", pass_files->scene.string()}});
-        context.print("pass   {}\n", pass_files->scene.string());
+    for (const BakedPass& pass : baked.passes) {
+        HF_TRY(const BakedFiles pass_files,
+               written_scene(output / pass.name, file_stem(scene) + "_" + pass.name, scene.camera,
+                             pass.instances, {pass.has_environment ? &background : nullptr}, context));
+        pass_scenes.push_back(pass_files.scene);
+        context.report["passes"].push_back({{"pass", pass.name}, {"scene", pass_files.scene.string()}});
+        context.print("pass   {}\n", pass_files.scene.string());
     }
 
     if (options.no_render) return ExitCode::done;
     const std::filesystem::path exr = output / "baked.exr";
-    const PovrayOptions povray = povray_options(*scene, options.scene, context);
-    const Result<RenderedScene> rendered = render_scene(files->scene, exr, povray, context.progress);
-    if (!rendered) return rendered.error();
-    report_picture(exr, rendered->image, {&rendered->run, 1}, context);
+    const PovrayOptions povray = povray_options(scene, options.scene, context);
+    HF_TRY(const RenderedScene rendered, render_scene(files.scene, exr, povray, context.progress));
+    report_picture(exr, rendered.image, {&rendered.run, 1}, context);
     for (std::size_t i = 0; i < pass_scenes.size(); ++i) {
-        const std::filesystem::path picture = output / (baked->passes[i].name + ".exr");
-        const Result<RenderedScene> pass = render_scene(pass_scenes[i], picture, povray, context.progress);
-        if (!pass) return pass.error();
-        for (const std::string& warning : pass->run.warnings) context.warn("POV-Ray: " + warning);
+        const std::filesystem::path picture = output / (baked.passes[i].name + ".exr");
+        HF_TRY(const RenderedScene pass, render_scene(pass_scenes[i], picture, povray, context.progress));
+        for (const std::string& warning : pass.run.warnings) context.warn("POV-Ray: " + warning);
         context.report["passes"][i]["image"] = picture.string();
-        context.print("image  {} (and .png), traced in {:.1f} s\n", picture.string(),
-                      pass->run.trace_seconds);
+        context.print("image  {} (and .png), traced in {:.1f} s\n", picture.string(), pass.run.trace_seconds);
     }
     return ExitCode::done;
 }

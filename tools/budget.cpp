@@ -67,25 +67,22 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
 /// Compares the dense oracle with POV-Ray, both with the original meshes.
 Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
                                    const Environment& environment, CommandContext& context) {
-    const Result<SceneEntities> originals = opened_originals(scene, context);
-    if (!originals) return originals.error();
+    HF_TRY(const SceneEntities originals, opened_originals(scene, context));
     Camera camera = scene.camera;
     camera.width = std::min(camera.width, checked_width);
     camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
-    std::vector<ReferenceInstance> instances = reference_instances(scene, *originals);
+    std::vector<ReferenceInstance> instances = reference_instances(scene, originals);
     for (ReferenceInstance& instance : instances) instance.surfaces = {};  // compare light alone
-    const Result<ReferenceFiles> files =
-        write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
-                              *options.lights, {}, lamps_of(scene.lamps));
-    if (!files) return files.error();
-    for (const std::string& warning : files->warnings) context.warn(warning);
+    HF_TRY(const ReferenceFiles files,
+           write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
+                                 *options.lights, {}, lamps_of(scene.lamps)));
+    for (const std::string& warning : files.warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);
     povray.width = camera.width;
     povray.height = camera.height;
     povray.antialiasing = 0;
-    const Result<ReferencePicture> picture = rendered_reference(*files, povray, context.progress);
-    if (!picture) return picture.error();
-    return oracle_check(shaded_scene(scene, *originals, environment), camera, *picture, checked_face_size,
+    HF_TRY(const ReferencePicture picture, rendered_reference(files, povray, context.progress));
+    return oracle_check(shaded_scene(scene, originals, environment), camera, picture, checked_face_size,
                         options.points, context.progress);
 }
 
@@ -142,46 +139,39 @@ void report_wrong_vertices(const Scene& scene, const SceneBudget& budget, Comman
 
 Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
+    HF_TRY(Scene scene, opened_scene(options.scene));
     // The folder is made before minutes of work, even if the fields are stored elsewhere.
-    if (const Result<Done> made = make_folder(output); !made) return made.error();
-    Result<Environment> environment = opened_environment(*scene, context);
-    if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    expose_room(*scene, *entities, *environment, context);
-    const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
+    HF_TRY_DONE(make_folder(output));
+    HF_TRY(Environment environment, opened_environment(scene, context));
+    HF_TRY(const SceneEntities entities, opened_entities(scene, options.render, output, context));
+    HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
+    expose_room(scene, entities, environment, context);
+    const ShadedScene shaded = shaded_scene(scene, entities, environment);
     Preview preview;
-    const auto pixels = preview.points(scene->camera, preview_instances(shaded));
-    Result<SceneBudget> budget = scene_budget(*entities, shaded, options.render.shading, options.points,
-                                              pixels, context.progress, options.samples);
-    if (!budget) return budget.error();
-    report_entries(budget->entries, context);
-    context.report["vertices"] = budget->vertices.size();
-    report_wrong_vertices(*scene, *budget, context);
+    const auto pixels = preview.points(scene.camera, preview_instances(shaded));
+    HF_TRY(SceneBudget budget, scene_budget(entities, shaded, options.render.shading, options.points, pixels,
+                                            context.progress, options.samples));
+    report_entries(budget.entries, context);
+    context.report["vertices"] = budget.vertices.size();
+    report_wrong_vertices(scene, budget, context);
 
-    const LatLongImage background = image_with_suns(*environment);
+    const LatLongImage background = image_with_suns(environment);
     const Image picture =
-        preview.draw(scene->camera, preview_instances(shaded, budget->radiance),
+        preview.draw(scene.camera, preview_instances(shaded, budget.radiance),
                      [&](const Vec3f& direction) { return radiance_from(background, Vec3d(direction)); });
     BudgetReport page;
-    page.title = scene->name;
-    page.entries = budget->entries;
-    page.vertices = budget->vertices.size();
+    page.title = scene.name;
+    page.entries = budget.entries;
+    page.vertices = budget.vertices.size();
     page.preview = &picture;
-    page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
+    page.worst = worst_marks(shaded, scene.camera, pixels, budget.vertices);
     page.commands = {context.command_line};
     if (options.lights) {
-        const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, context);
-        if (!check) return check.error();
-        report_check(*check, context);
-        page.oracle = *check;
+        HF_TRY(const OracleCheck check, checked_oracle(options, scene, environment, context));
+        report_check(check, context);
+        page.oracle = check;
     }
-    if (const Result<Done> written = write_budget_report(page, output / "budget.html"); !written)
-        return written.error();
+    HF_TRY_DONE(write_budget_report(page, output / "budget.html"));
     context.print("report  {}\n", (output / "budget.html").string());
     return ExitCode::done;
 }

@@ -104,7 +104,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     const Stopwatch watch;
     const Result<ExitCode> result = guarded_run(command, context);
     ExitCode code = result ? *result : ExitCode::failed;
-    if (!result && (stop.stop_requested() || result.error().what == interrupted)) {
+    if (!result && (stop.stop_requested() || result.error().code == ErrorCode::interrupted)) {
         bar.message(name + ": interrupted");
         return ExitCode::stopped;
     }

@@ -52,59 +52,52 @@ ComparisonReport report_page(const CompareOptions& options, const CommandContext
 }
 
 Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
-    const Result<Image> image = read_image(options.image);
-    if (!image) return image.error();
-    const Result<Image> reference = read_image(options.reference);
-    if (!reference) return reference.error();
+    HF_TRY(const Image image, read_image(options.image));
+    HF_TRY(const Image reference, read_image(options.reference));
     ImageDifferenceOptions wanted;
     if (!options.mask.empty()) {
-        Result<Image> mask = read_image(options.mask);
-        if (!mask) return mask.error();
-        wanted.mask = std::move(*mask);
+        HF_TRY(wanted.mask, read_image(options.mask));
     }
-    const Result<ImageDifference> difference = image_difference(*image, *reference, wanted);
-    if (!difference) return difference.error();
+    HF_TRY(const ImageDifference difference, image_difference(image, reference, wanted));
 
-    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (context.progress.stop.stop_requested()) return interruption();
     const std::filesystem::path output = options.output;
-    if (const Result<Done> made = make_folder(output); !made) return made.error();
+    HF_TRY_DONE(make_folder(output));
     // The brightest colour is for the error that 1 % of the pixels exceed, with a lower limit that keeps
     // noise from looking like errors.
-    const float brightest = std::max(0.05f, static_cast<float>(difference->flip_99));
-    const Image picture = difference_picture(*difference, image->width, image->height, brightest);
-    if (const Result<Done> written = write_image(picture, output / "difference.png"); !written)
-        return written.error();
+    const float brightest = std::max(0.05f, static_cast<float>(difference.flip_99));
+    const Image picture = difference_picture(difference, image.width, image.height, brightest);
+    HF_TRY_DONE(write_image(picture, output / "difference.png"));
     ComparisonReport page = report_page(options, context);
-    page.image = &*image;
-    page.reference = &*reference;
-    page.difference = &*difference;
-    if (reference->relative_error)
+    page.image = &image;
+    page.reference = &reference;
+    page.difference = &difference;
+    if (reference.relative_error)
         page.facts.emplace_back("own relative error of the second picture",
-                                fmt::format("{:.2f} %", 100 * *reference->relative_error));
-    if (const Result<Done> written = write_comparison_report(page, output / "report.html"); !written)
-        return written.error();
+                                fmt::format("{:.2f} %", 100 * *reference.relative_error));
+    HF_TRY_DONE(write_comparison_report(page, output / "report.html"));
 
     context.report["image"] = options.image;
     context.report["reference"] = options.reference;
-    context.report["pixels"] = difference->pixels;
-    context.report["psnr_db"] = difference->psnr_db;
-    context.report["rmse"] = difference->rmse;
-    context.report["relative_rmse"] = difference->relative_rmse;
-    context.report["bias"] = difference->bias;
-    context.report["ssim"] = difference->ssim;
-    context.report["flip"] = difference->flip;
-    context.report["flip_99"] = difference->flip_99;
-    if (reference->relative_error) context.report["reference_relative_error"] = *reference->relative_error;
+    context.report["pixels"] = difference.pixels;
+    context.report["psnr_db"] = difference.psnr_db;
+    context.report["rmse"] = difference.rmse;
+    context.report["relative_rmse"] = difference.relative_rmse;
+    context.report["bias"] = difference.bias;
+    context.report["ssim"] = difference.ssim;
+    context.report["flip"] = difference.flip;
+    context.report["flip_99"] = difference.flip_99;
+    if (reference.relative_error) context.report["reference_relative_error"] = *reference.relative_error;
     context.print(
         "psnr           {:.2f} dB\nrelative rmse  {:.4f}\nrmse           {:.6f}\nbias           {:+.4f}\n"
         "ssim           {:.4f}\nflip           {:.4f}\npixels         {}\nreport         {}\n",
-        difference->psnr_db, difference->relative_rmse, difference->rmse, difference->bias, difference->ssim,
-        difference->flip, difference->pixels, (output / "report.html").string());
-    if (reference->relative_error)
-        context.print("reference      own relative error {:.4f}\n", *reference->relative_error);
-    if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
+        difference.psnr_db, difference.relative_rmse, difference.rmse, difference.bias, difference.ssim,
+        difference.flip, difference.pixels, (output / "report.html").string());
+    if (reference.relative_error)
+        context.print("reference      own relative error {:.4f}\n", *reference.relative_error);
+    if (difference.psnr_db >= options.min_psnr) return ExitCode::done;
     context.message(
-        fmt::format("PSNR is {:.2f} dB; expected at least {} dB", difference->psnr_db, options.min_psnr));
+        fmt::format("PSNR is {:.2f} dB; expected at least {} dB", difference.psnr_db, options.min_psnr));
     return ExitCode::images_differ;
 }
 

@@ -41,27 +41,24 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
     wanted.no_environment = options.environment == no_environment;
     if (!options.environment.empty() && !wanted.no_environment) {
-        if (const Result<Done> good = check_input_file(options.environment, "a lat-long image"); !good)
-            return good.error();
+        HF_TRY_DONE(check_input_file(options.environment, "a lat-long image"));
         wanted.environment = options.environment;
     }
-    Result<ImportedScene> imported = scene_of_models(files, output, wanted, context.progress);
-    if (!imported) return imported.error();
-    for (const std::string& warning : imported->warnings) context.warn(warning);
-    Scene& scene = imported->scene;
+    HF_TRY(ImportedScene imported, scene_of_models(files, output, wanted, context.progress));
+    for (const std::string& warning : imported.warnings) context.warn(warning);
+    Scene& scene = imported.scene;
     scene.name = files.front().stem().string();
     const std::filesystem::path file = output / (file_stem(scene) + ".toml"), floor = output / "floor.obj";
-    if (const Result<Done> good = check_new(file, options.overwrite); !good) return good.error();
-    if (const Result<Done> made = make_folder(output); !made) return made.error();
-    if (!imported->floor_obj.empty()) {
-        if (const Result<Done> good = check_new(floor, options.overwrite); !good) return good.error();
-        if (const Result<Done> written = write_file(floor, imported->floor_obj); !written)
-            return written.error();
+    HF_TRY_DONE(check_new(file, options.overwrite));
+    HF_TRY_DONE(make_folder(output));
+    if (!imported.floor_obj.empty()) {
+        HF_TRY_DONE(check_new(floor, options.overwrite));
+        HF_TRY_DONE(write_file(floor, imported.floor_obj));
     }
     const std::string text = scene_text(scene, output,
                                         fmt::format("{}\nhaarfield bake {} -o {} --refine 0.01",
                                                     context.command_line, file.string(), output.string()));
-    if (const Result<Done> written = write_file(file, text); !written) return written.error();
+    HF_TRY_DONE(write_file(file, text));
     context.report["scene"] = file.string();
     context.report["entities"] = scene.entities.size();
     context.report["instances"] = scene.instances.size();

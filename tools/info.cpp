@@ -99,15 +99,14 @@ void print_summary(const FieldSummary& field, const CommandContext& context) {
 Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
     if (std::filesystem::path(options.field).extension() != ".vdb")
         return print_model(options.field, options.json, context);
-    const Result<FieldSummary> field =
-        read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
-    if (!field) return field.error();
-    const nlohmann::ordered_json summary = summary_json(*field);
+    HF_TRY(const FieldSummary field,
+           read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused));
+    const nlohmann::ordered_json summary = summary_json(field);
     context.report["field"] = summary;
     if (options.json)
         print(stdout, "{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else
-        print_summary(*field, context);
+        print_summary(field, context);
     return ExitCode::done;
 }
 

@@ -20,7 +20,7 @@ Result<Done> check_parts(const FarmPlan& plan, const JoinOptions& options, Comma
     nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
     std::string named;
     for (std::size_t task = 0; task < plan.task_count(); ++task) {
-        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+        if (context.progress.stop.stop_requested()) return interruption();
         const Result<TaskPart> part = read_part(options.plan, plan, task);
         if (context.progress.report)
             context.progress.report("verifying results", task + 1, plan.task_count());
@@ -38,21 +38,19 @@ Result<Done> check_parts(const FarmPlan& plan, const JoinOptions& options, Comma
 }
 
 Result<ExitCode> run(const JoinOptions& options, CommandContext& context) {
-    const Result<FarmPlan> plan = read_plan(options.plan);
-    if (!plan) return plan.error();
-    if (const Result<Done> good = check_parts(*plan, options, context); !good) return good.error();
-    if (const Result<Done> entered = enter_plan(*plan); !entered) return entered.error();
-    for (std::size_t job = 0; job < plan->jobs.size(); ++job) {
-        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
-        if (const Result<Done> same = check_inputs(plan->jobs[job]); !same) return same.error();
+    HF_TRY(const FarmPlan plan, read_plan(options.plan));
+    HF_TRY_DONE(check_parts(plan, options, context));
+    HF_TRY_DONE(enter_plan(plan));
+    for (std::size_t job = 0; job < plan.jobs.size(); ++job) {
+        if (context.progress.stop.stop_requested()) return interruption();
+        HF_TRY_DONE(check_inputs(plan.jobs[job]));
         CommandContext inner = context;
-        inner.quiet = context.quiet || plan->jobs[job].division == Division::samples;
-        if (const Result<Done> joined = join_job(*plan, job, options.plan, inner); !joined)
-            return joined.error();
+        inner.quiet = context.quiet || plan.jobs[job].division == Division::samples;
+        HF_TRY_DONE(join_job(plan, job, options.plan, inner));
         context.report["warnings"] = inner.report["warnings"];
     }
-    context.report["tasks"] = plan->task_count();
-    context.print("joined {} tasks of {} jobs\n", plan->task_count(), plan->jobs.size());
+    context.report["tasks"] = plan.task_count();
+    context.print("joined {} tasks of {} jobs\n", plan.task_count(), plan.jobs.size());
     return ExitCode::done;
 }
 

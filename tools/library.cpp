@@ -65,7 +65,7 @@ Result<std::size_t> verify_all(const std::vector<LibraryEntry>& entries, nlohman
                                CommandContext& context) {
     std::size_t bad = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
-        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+        if (context.progress.stop.stop_requested()) return interruption();
         const Result<FieldVerdict> verdict = verify_field(entries[i].file, Unsealed::refused);
         fields[i]["good"] = bool(verdict);
         if (!verdict) {
@@ -98,21 +98,19 @@ Result<nlohmann::ordered_json> prune(const LibraryOptions& options, const std::v
 }
 
 Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
-    const Result<std::vector<LibraryEntry>> entries = library_entries(options.folder);
-    if (!entries) return entries.error();
+    HF_TRY(const std::vector<LibraryEntry> entries, library_entries(options.folder));
     const bool prunes = !options.unused_for.empty() || !options.most_bytes.empty();
     nlohmann::ordered_json fields = nlohmann::ordered_json::array();
     std::uint64_t bytes = 0;
-    for (const LibraryEntry& entry : *entries) {
+    for (const LibraryEntry& entry : entries) {
         fields.push_back(entry_json(entry));
         bytes += entry.bytes;
         if (!options.json && !prunes) print_entry(entry, context);
     }
     std::size_t bad = 0;
     if (options.verify) {
-        const Result<std::size_t> verified = verify_all(*entries, fields, context);
-        if (!verified) return verified.error();
-        bad = *verified;
+        HF_TRY(const std::size_t verified, verify_all(entries, fields, context));
+        bad = verified;
     }
     nlohmann::ordered_json listing{{"folder", options.folder}, {"bytes", bytes}, {"fields", fields}};
     if (prunes) {
@@ -120,15 +118,14 @@ Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
             remove_abandoned_files(options.folder);
             remove_abandoned_claims(options.folder);
         }
-        Result<nlohmann::ordered_json> removed = prune(options, *entries, context);
-        if (!removed) return removed.error();
-        listing["removed"] = *std::move(removed);
+        HF_TRY(nlohmann::ordered_json removed, prune(options, entries, context));
+        listing["removed"] = std::move(removed);
     }
     context.report["library"] = listing;
     if (options.json)
         print(stdout, "{}\n", listing.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else if (!prunes)
-        context.print("{} fields, {:.2f} MB{}\n", entries->size(), double(bytes) / 1e6,
+        context.print("{} fields, {:.2f} MB{}\n", entries.size(), double(bytes) / 1e6,
                       !options.verify ? ""
                       : bad == 0      ? ", all good"
                                       : fmt::format(", {} damaged", bad));

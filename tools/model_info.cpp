@@ -108,15 +108,13 @@ void print_material(const nlohmann::ordered_json& material, const CommandContext
 }  // namespace
 
 Result<ExitCode> print_model(const std::filesystem::path& file, bool json, CommandContext& context) {
-    const Result<ModelFile> model = ModelFile::open(file);
-    if (!model) return model.error();
-    Result<ImportedMesh> imported = read_mesh(*model, {}, {.appearance = true});
-    if (!imported) return imported.error();
+    HF_TRY(const ModelFile model, ModelFile::open(file));
+    HF_TRY(ImportedMesh imported, read_mesh(model, {}, {.appearance = true}));
     nlohmann::ordered_json report;
-    const ModelParts& parts = model->parts();
-    const Bounds bounds = mesh_bounds(imported->mesh);
-    report["vertices"] = imported->mesh.positions.size();
-    report["triangles"] = imported->mesh.triangles.size();
+    const ModelParts& parts = model.parts();
+    const Bounds bounds = mesh_bounds(imported.mesh);
+    report["vertices"] = imported.mesh.positions.size();
+    report["triangles"] = imported.mesh.triangles.size();
     report["bounds"] = {{"lower", vector_json(bounds.lower)}, {"upper", vector_json(bounds.upper)}};
     const UpAxis up = up_axis(file, bounds);
     report["up"] = {{"axis", std::string(1, up.axis)}, {"because", up.because}};
@@ -127,10 +125,10 @@ Result<ExitCode> print_model(const std::filesystem::path& file, bool json, Comma
     }
     report["camera"] = parts.camera.has_value();
     report["materials"] = nlohmann::ordered_json::array();
-    for (std::size_t m = 0; m < imported->materials.size(); ++m)
-        report["materials"].push_back(material_json(*imported, m));
-    report["not_used"] = imported->unused;
-    const Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), {}, context.progress);
+    for (std::size_t m = 0; m < imported.materials.size(); ++m)
+        report["materials"].push_back(material_json(imported, m));
+    report["not_used"] = imported.unused;
+    const Result<PreparedMesh> prepared = prepare_mesh(std::move(imported), {}, context.progress);
     if (!prepared) return Error{file.string(), prepared.error().message()};
     const MeshFindings& findings = prepared->findings;
     report["findings"] = findings.summary();

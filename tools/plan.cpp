@@ -47,10 +47,9 @@ public:
         const std::string name = absolute(file.string());
         const auto known = hashes_.find(name);
         if (known != hashes_.end()) return PlanInput{name, known->second};
-        const Result<std::string> hash = file_hash(name);
-        if (!hash) return hash.error();
-        hashes_[name] = *hash;
-        return PlanInput{name, *hash};
+        HF_TRY(const std::string hash, file_hash(name));
+        hashes_[name] = hash;
+        return PlanInput{name, hash};
     }
 
 private:
@@ -60,18 +59,16 @@ private:
 Result<PlannedScene> opened(const std::string& file, InputHashes& hashes) {
     SceneOptions options;
     options.scene = absolute(file);
-    Result<Scene> scene = opened_scene(options);
-    if (!scene) return scene.error();
+    HF_TRY(Scene scene, opened_scene(options));
     std::set<std::filesystem::path> files{options.scene};
     std::set<std::size_t> entities;
-    for (const Instance& instance : scene->instances) entities.insert(instance.entity);
-    for (const std::size_t entity : entities) files.insert(scene->entities[entity].mesh);
-    if (!scene->environment.image.empty()) files.insert(scene->environment.image);
-    PlannedScene planned{options.scene, *std::move(scene), {}};
+    for (const Instance& instance : scene.instances) entities.insert(instance.entity);
+    for (const std::size_t entity : entities) files.insert(scene.entities[entity].mesh);
+    if (!scene.environment.image.empty()) files.insert(scene.environment.image);
+    PlannedScene planned{options.scene, std::move(scene), {}};
     for (const std::filesystem::path& input : files) {
-        Result<PlanInput> hashed = hashes.input(input);
-        if (!hashed) return hashed.error();
-        planned.inputs.push_back(*std::move(hashed));
+        HF_TRY(PlanInput hashed, hashes.input(input));
+        planned.inputs.push_back(std::move(hashed));
     }
     return planned;
 }
@@ -93,14 +90,13 @@ void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, i
 Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::string>& arguments,
                         const PlanOptions& options, int threads, std::set<std::string>& known,
                         FarmPlan& plan) {
-    const Result<JobOptions> job_settings = job_options(arguments);
-    if (!job_settings) return job_settings.error();
-    const SceneEntityOptions& fields = job_settings->render.entities;
+    HF_TRY(const JobOptions job_settings, job_options(arguments));
+    const SceneEntityOptions& fields = job_settings.render.entities;
     const std::string folder = fields.fields_folder.string();
-    std::vector<std::string> own{"precompute", planned.file, "-o", job_settings->output};
+    std::vector<std::string> own{"precompute", planned.file, "-o", job_settings.output};
     if (!folder.empty()) own.insert(own.end(), {"--fields", folder});
     const std::vector<std::string> given =
-        option_arguments(job_settings->render, {OptionSet::fields, OptionSet::vertices});
+        option_arguments(job_settings.render, {OptionSet::fields, OptionSet::vertices});
     own.insert(own.end(), given.begin(), given.end());
     for (std::size_t i = 0; i < planned.scene.instances.size(); ++i) {
         const Instance& instance = planned.scene.instances[i];
@@ -111,7 +107,7 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
                         fields.original_vertices ? 0 : entity.fine_vertices, entity.coarse_triangles,
                         entity.planar_samples, entity.spherical_samples,
                         instance.shape == Shape() ? std::string() : shape_name(instance.shape), folder,
-                        folder.empty() ? job_settings->output : "", fields.face_size, fields.coefficients,
+                        folder.empty() ? job_settings.output : "", fields.face_size, fields.coefficients,
                         fields.relative_l2_error);
         if (!known.insert(name).second) continue;
         PlanJob job;
@@ -168,9 +164,8 @@ Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vect
     if (job.division == Division::strips && job.parts % 2 == 1) ++job.parts;  // two sets of lights
     job.inputs = planned.inputs;
     for (const std::string& file : files_in(arguments)) {
-        Result<PlanInput> input = hashes.input(file);
-        if (!input) return input.error();
-        job.inputs.push_back(*std::move(input));
+        HF_TRY(PlanInput input, hashes.input(file));
+        job.inputs.push_back(std::move(input));
     }
     job.arguments = std::move(arguments);
     std::vector<PlanJob> jobs{job};
@@ -197,7 +192,7 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
     plan.instructions = !options.instructions.empty() ? options.instructions
                         : sets.empty()                ? ""
                                                       : sets.front();
-    if (Result<Done> used = use_instruction_set(plan.instructions); !used) return used.error();
+    HF_TRY_DONE(use_instruction_set(plan.instructions));
 
     const std::string fields =
         options.fields.empty() ? absolute(options.folder + "/fields") : absolute(options.fields);
@@ -205,9 +200,8 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
     std::set<std::string> known_fields, stems;
     std::vector<PlanJob> jobs, last_jobs;  // of the second and the third stage
     for (const std::string& file : options.scenes) {
-        const Result<PlannedScene> planned = opened(file, hashes);
-        if (!planned) return planned.error();
-        const std::string stem = unique_name(file_stem(planned->scene), stems);
+        HF_TRY(const PlannedScene planned, opened(file, hashes));
+        const std::string stem = unique_name(file_stem(planned.scene), stems);
         const std::string output =
             absolute((options.output.empty() ? options.folder + "/results" : options.output) + "/" + stem);
         for (const std::string& command : options.wanted) {
@@ -216,23 +210,19 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
                                          : command == "reference" ? options.reference
                                          : is_fields              ? options.bake
                                                                   : options.relight;
-            std::vector<std::string> arguments{is_fields ? "precompute" : command, planned->file, "-o",
+            std::vector<std::string> arguments{is_fields ? "precompute" : command, planned.file, "-o",
                                                output};
             if (command != "reference") arguments.insert(arguments.end(), {"--fields", fields});
             for (std::string& word : CLI::detail::split_up(further)) arguments.push_back(std::move(word));
             if (command != "reference")
-                if (Result<Done> added =
-                        add_fields(*planned, arguments, options, plan.threads, known_fields, plan);
-                    !added)
-                    return added.error();
+                HF_TRY_DONE(add_fields(planned, arguments, options, plan.threads, known_fields, plan));
             if (is_fields) continue;
-            Result<std::vector<PlanJob>> made =
-                command_jobs(*planned, std::move(arguments), options, plan.threads, hashes);
-            if (!made) return made.error();
-            const JobCost join = join_cost(planned->scene, made->front().arguments);
+            HF_TRY(std::vector<PlanJob> made,
+                   command_jobs(planned, std::move(arguments), options, plan.threads, hashes));
+            const JobCost join = join_cost(planned.scene, made.front().arguments);
             plan.join_seconds += (join.setup + join.work) / plan.threads;
-            jobs.push_back(std::move(made->front()));
-            if (made->size() > 1) last_jobs.push_back(std::move(made->back()));
+            jobs.push_back(std::move(made.front()));
+            if (made.size() > 1) last_jobs.push_back(std::move(made.back()));
         }
     }
     // References need no fields and start at once.
@@ -258,29 +248,28 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
     std::error_code none;
     if (std::filesystem::exists(folder / "plan.json", none))
         return Error{(folder / "plan.json").string(), "exists already; expected a new folder for each plan"};
-    const Result<FarmPlan> plan = made_plan(options, context);
-    if (!plan) return plan.error();
-    if (plan->task_count() > most_plan_tasks)
+    HF_TRY(const FarmPlan plan, made_plan(options, context));
+    if (plan.task_count() > most_plan_tasks)
         return Error{
             options.folder,
             fmt::format("would have {} tasks; expected at most {}: use longer tasks or several plans",
-                        plan->task_count(), most_plan_tasks)};
-    if (Result<Done> made = make_folder(folder / "parts"); !made) return made.error();
+                        plan.task_count(), most_plan_tasks)};
+    HF_TRY_DONE(make_folder(folder / "parts"));
     const ScriptPaths paths{running_program().string(), absolute(options.folder)};
     for (const auto& [name, text] :
-         {std::pair("job.sh", job_script(*plan, paths, options.hook, context.unsandboxed)),
-          std::pair("slurm.sh", slurm_script(*plan, paths)),
-          std::pair("parallel.sh", parallel_script(*plan, paths)), std::pair("plan.json", plan_text(*plan))})
-        if (Result<Done> written = write_file(folder / name, text); !written) return written.error();
+         {std::pair("job.sh", job_script(plan, paths, options.hook, context.unsandboxed)),
+          std::pair("slurm.sh", slurm_script(plan, paths)),
+          std::pair("parallel.sh", parallel_script(plan, paths)), std::pair("plan.json", plan_text(plan))})
+        HF_TRY_DONE(write_file(folder / name, text));
     double seconds = 0;
-    for (const PlanJob& job : plan->jobs) seconds += job.part_seconds * double(job.parts);
-    context.report["tasks"] = plan->task_count();
-    context.report["jobs"] = plan->jobs.size();
+    for (const PlanJob& job : plan.jobs) seconds += job.part_seconds * double(job.parts);
+    context.report["tasks"] = plan.task_count();
+    context.report["jobs"] = plan.jobs.size();
     context.report["estimated_seconds"] = seconds;
     context.print("plan   {} tasks of {} jobs, about {:.3g} s each on {} threads with {}\n",
-                  plan->task_count(), plan->jobs.size(),
-                  plan->task_count() > 0 ? seconds / double(plan->task_count()) : 0.0, plan->threads,
-                  plan->instructions);
+                  plan.task_count(), plan.jobs.size(),
+                  plan.task_count() > 0 ? seconds / double(plan.task_count()) : 0.0, plan.threads,
+                  plan.instructions);
     context.print("files  {0}/plan.json, {0}/slurm.sh, {0}/parallel.sh\n", options.folder);
     return ExitCode::done;
 }

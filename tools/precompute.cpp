@@ -14,10 +14,8 @@ struct PrecomputeOptions {
 };
 
 Result<ExitCode> run(const PrecomputeOptions& options, CommandContext& context) {
-    const Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.render, options.output, context);
-    if (!entities) return entities.error();
+    HF_TRY(const Scene scene, opened_scene(options.scene));
+    HF_TRY_DONE(opened_entities(scene, options.render, options.output, context));
     return ExitCode::done;
 }
 

@@ -26,14 +26,13 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
                           std::span<const ReferenceInstance> instances, const Environment& environment,
                           std::span<const Lamp> lamps, const PovrayOptions& options, double wanted,
                           CommandContext& context) {
-    const Result<LightEstimate> estimate = lights_for_error(folder, stem, camera, instances, environment,
-                                                            lamps, options, wanted, context.progress);
-    if (!estimate) return estimate.error();
-    context.print("lights {}, expected relative error {:.4f}\n", estimate->lights, estimate->relative_error);
-    if (estimate->relative_error > wanted)
+    HF_TRY(const LightEstimate estimate, lights_for_error(folder, stem, camera, instances, environment, lamps,
+                                                          options, wanted, context.progress));
+    context.print("lights {}, expected relative error {:.4f}\n", estimate.lights, estimate.relative_error);
+    if (estimate.relative_error > wanted)
         context.warn(
-            fmt::format("a relative error of {} needs more than {} lights", wanted, estimate->lights));
-    return estimate->lights;
+            fmt::format("a relative error of {} needs more than {} lights", wanted, estimate.lights));
+    return estimate.lights;
 }
 
 /// Renders the scene lit by POV-Ray's radiosity instead of a dome.
@@ -45,53 +44,45 @@ Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::fil
                                 [](const Material& material) { return material.specular != Rgb(0.0f); }))
             context.warn(
                 fmt::format("{} has specular light, which POV-Ray's radiosity omits", instance.name));
-    const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, context.progress);
-    if (!picture) return picture.error();
-    const Result<Done> written =
-        write_picture(exr, picture->image, files.scene, {&picture->run, 1}, povray, context);
-    if (!written) return written.error();
+    HF_TRY(const RenderedScene picture, radiosity_picture(files.scene, povray, context.progress));
+    HF_TRY_DONE(write_picture(exr, picture.image, files.scene, {&picture.run, 1}, povray, context));
     context.report["scene"] = files.scene.string();
     return ExitCode::done;
 }
 
 Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
-    const Result<TracedScene> traced = opened_for_tracing(*scene, options.scene, context);
-    if (!traced) return traced.error();
-    const std::vector<ReferenceInstance>& instances = traced->instances;
-    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
-    const std::string stem = file_stem(*scene) + "_reference";
-    const PovrayOptions povray = povray_options(*scene, options.scene, context);
-    const std::vector<Lamp> lamps = lamps_of(scene->lamps);
+    HF_TRY(Scene scene, opened_scene(options.scene));
+    HF_TRY(const TracedScene traced, opened_for_tracing(scene, options.scene, context));
+    const std::vector<ReferenceInstance>& instances = traced.instances;
+    if (context.progress.stop.stop_requested()) return interruption();
+    const std::string stem = file_stem(scene) + "_reference";
+    const PovrayOptions povray = povray_options(scene, options.scene, context);
+    const std::vector<Lamp> lamps = lamps_of(scene.lamps);
     Result<int> lights = options.lights;
     if (options.relative_error > 0)
-        lights = chosen_lights(output, stem, scene->camera, instances, traced->environment, lamps, povray,
+        lights = chosen_lights(output, stem, scene.camera, instances, traced.environment, lamps, povray,
                                options.relative_error, context);
     if (!lights) return lights.error();
-    const Result<ReferenceFiles> files = write_reference_scene(
-        output, stem, scene->camera, instances, traced->environment, *lights, {options.bounces}, lamps);
-    if (!files) return files.error();
-    for (const std::string& warning : files->warnings) context.warn(warning);
+    HF_TRY(const ReferenceFiles files,
+           write_reference_scene(output, stem, scene.camera, instances, traced.environment, *lights,
+                                 {options.bounces}, lamps));
+    for (const std::string& warning : files.warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
-    if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, context);
-    context.print("scene  {} with {} lights\n", files->scene.string(), files->lights + files->lamps);
+    if (options.radiosity) return render_by_radiosity(files, exr, instances, povray, context);
+    context.print("scene  {} with {} lights\n", files.scene.string(), files.lights + files.lamps);
 
-    const Result<ReferencePicture> picture =
-        context.share ? shared_reference(*files, povray, context.progress, *context.share)
-                      : rendered_reference(*files, povray, context.progress);
-    if (!picture) return picture.error();
+    HF_TRY(const ReferencePicture picture,
+           context.share ? shared_reference(files, povray, context.progress, *context.share)
+                         : rendered_reference(files, povray, context.progress));
     if (context.share && !context.share->joins) return ExitCode::done;
-    const Result<Done> written =
-        write_picture(exr, picture->image, files->scene, picture->run, povray, context);
-    if (!written) return written.error();
-    const double error = double(*picture->image.relative_error);
+    HF_TRY_DONE(write_picture(exr, picture.image, files.scene, picture.run, povray, context));
+    const double error = double(*picture.image.relative_error);
     context.print("error  {:.4f}, the relative error of the reference itself\n", error);
     if (const std::string warning = reference_warning(error); !warning.empty()) context.warn(warning);
-    context.report["lights"] = files->lights;
+    context.report["lights"] = files.lights;
     context.report["bounces"] = options.bounces;
-    context.report["scene"] = files->scene.string();
+    context.report["scene"] = files.scene.string();
     context.report["relative_error"] = error;
     return ExitCode::done;
 }

@@ -30,9 +30,8 @@ Result<std::vector<Environment>> opened_environments(const Scene& scene, const R
     }
     if (scenes.empty()) scenes.push_back(scene);
     for (const Scene& lit : scenes) {
-        Result<Environment> environment = opened_environment(lit, context);
-        if (!environment) return environment.error();
-        environments.push_back(std::move(*environment));
+        HF_TRY(Environment environment, opened_environment(lit, context));
+        environments.push_back(std::move(environment));
     }
     return environments;
 }
@@ -52,9 +51,8 @@ public:
         const bool is_picture = stage_.options.format != "povray";
         TexturedSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
-            const Result<Done> shaded = timed(
-                [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); });
-            if (!shaded) return shaded;
+            HF_TRY_DONE(timed(
+                [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); }));
         }
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
         Result<Done> shaded = Done{};
@@ -110,10 +108,8 @@ private:
                 stage_.background(Vec3f(lat_long_direction((double(p % width) + 0.5) / background.width,
                                                            (double(p / width) + 0.5) / background.height)));
         }
-        const Result<BakedFiles> files =
-            write_baked_scene(folder, file_stem(stage_.scene), stage_.scene.camera, instances,
-                              BackgroundDescription{&background});
-        if (!files) return files.error();
+        HF_TRY_DONE(write_baked_scene(folder, file_stem(stage_.scene), stage_.scene.camera, instances,
+                                      BackgroundDescription{&background}));
         return Done{};
     }
 
@@ -161,76 +157,66 @@ Result<std::filesystem::path> frame_folder(const RelightOptions& options, const 
     std::size_t k = 0;
     while (item >= context.share->range_of(k, all).second) ++k;
     folder /= part_folder(k);
-    if (Result<Done> made = make_folder(folder); !made) return made.error();
+    HF_TRY_DONE(make_folder(folder));
     return folder;
 }
 
 /// Encodes the frames as a movie if the options request one.
 Result<ExitCode> filmed(const RelightOptions& options, CommandContext& context) {
     if (options.movie.empty()) return ExitCode::done;
-    const Result<Done> movie =
-        write_movie(std::filesystem::path(options.output) / "frame_%04d.png", options.frames, options.movie,
-                    options.frames_per_second, context.progress);
-    if (!movie) return movie.error();
+    HF_TRY_DONE(write_movie(std::filesystem::path(options.output) / "frame_%04d.png", options.frames,
+                            options.movie, options.frames_per_second, context.progress));
     context.report["movie"] = options.movie;
     context.print("movie  {}\n", options.movie);
     return ExitCode::done;
 }
 
 Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
-    if (const Result<Done> good = check_options(options); !good) return good.error();
+    HF_TRY_DONE(check_options(options));
     if (context.share && context.share->joins) return filmed(options, context);
-    if (!context.share && !options.movie.empty())
-        if (const Result<Done> found = check_encoder(); !found) return found.error();
+    if (!context.share && !options.movie.empty()) HF_TRY_DONE(check_encoder());
     const std::filesystem::path output = options.output;
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
-    Result<std::vector<Environment>> environments = opened_environments(*scene, options, context);
-    if (!environments) return environments.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    for (std::size_t i = 0; i < environments->size(); ++i)
-        expose_room(*scene, *entities, (*environments)[i], context, i);
+    HF_TRY(Scene scene, opened_scene(options.scene));
+    HF_TRY(std::vector<Environment> environments, opened_environments(scene, options, context));
+    HF_TRY(const SceneEntities entities, opened_entities(scene, options.render, output, context));
+    HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
+    for (std::size_t i = 0; i < environments.size(); ++i)
+        expose_room(scene, entities, environments[i], context, i);
 
-    if (const Result<Done> made = make_folder(output); !made) return made.error();
-    RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, {}, nullptr};
+    HF_TRY_DONE(make_folder(output));
+    RelightStage stage{options, std::move(scene), {}, std::move(environments), {}, {}, {}, nullptr};
     for (const Environment& environment : stage.environments)
         stage.backgrounds.push_back(image_with_suns(environment));
     stage.settings = options.render.shading;
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    TexturedSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]),
-                            surfaces_of(*entities), stage.settings, options.render.transfer);
+    TexturedSession relight(shaded_scene(stage.scene, entities, stage.environments[0]), surfaces_of(entities),
+                            stage.settings, options.render.transfer);
     stage.session = &relight;
-    const Result<RelightMode> mode = chosen_mode(stage);
-    if (!mode) return mode.error();
+    HF_TRY(const RelightMode mode, chosen_mode(stage));
 
     const Stopwatch watch;
-    if (const Result<Done> prepared = relight.prepare(context.progress); !prepared) return prepared.error();
+    HF_TRY_DONE(relight.prepare(context.progress));
     const RunTime for_scene = watch.elapsed();
-    if (const Result<Done> prepared = mode->prepare(context.progress); !prepared) return prepared.error();
+    HF_TRY_DONE(mode.prepare(context.progress));
     const RunTime setup = watch.elapsed(), for_vectors = setup - for_scene;
 
     RunTime changing, moving;
-    FrameWriter writer(stage, *entities);
+    FrameWriter writer(stage, entities);
     const auto [first, last] = frame_range(options, context);
     for (int frame = first; frame < last; ++frame) {
-        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
-        const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
-        const bool is_at_rest = mode->rests && frame + 1 == options.frames;
+        if (context.progress.stop.stop_requested()) return interruption();
+        const int steps = mode.closed ? options.frames : std::max(1, options.frames - 1);
+        const bool is_at_rest = mode.rests && frame + 1 == options.frames;
         moving = changing;
         moving += writer.shading();
         const Stopwatch change_watch;
-        mode->change(double(frame) / steps);
+        mode.change(double(frame) / steps);
         changing += change_watch.elapsed();
-        const Result<std::filesystem::path> folder = frame_folder(options, context, frame);
-        if (!folder) return folder.error();
-        const Result<Done> written = writer.write(
-            *folder, frame + 1, *mode,
-            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, context.progress);
-        if (!written) return written.error();
+        HF_TRY(const std::filesystem::path folder, frame_folder(options, context, frame));
+        HF_TRY_DONE(writer.write(folder, frame + 1, mode,
+                                 mode.rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still,
+                                 context.progress));
         if (context.progress.report)
             context.progress.report("frames", std::uint64_t(frame - first) + 1, std::uint64_t(last - first));
     }
@@ -238,10 +224,10 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     RunTime shaded = changing;
     shaded += writer.shading();
     const int made = last - first;
-    const bool has_rest = mode->rests && made > 1 && last == options.frames;
+    const bool has_rest = mode.rests && made > 1 && last == options.frames;
     const RunTime a_frame = has_rest ? moving / (made - 1) : shaded / made, rest = shaded - moving,
                   a_picture = writer.drawing() / made;
-    context.report["mode"] = mode->name;
+    context.report["mode"] = mode.name;
     report_time(context.report, "setup", setup);
     report_time(context.report, "scene", for_scene);
     report_time(context.report, "vector", for_vectors);

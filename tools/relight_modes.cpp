@@ -55,7 +55,7 @@ RelightMode fading_lights(RelightStage& stage) {
                     const RgbCubemapTree light =
                         lighting_tree(split.smooth, stage.settings.face_size,
                                       {stage.settings.light_coefficients}, progress.stop);
-                    if (progress.stop.stop_requested()) return Error{"", interrupted};
+                    if (progress.stop.stop_requested()) return interruption();
                     encoded->smooth.push_back(dense_coefficients(light, stage.settings.face_size));
                     encoded->lights.push_back(all_lights(split.sources));
                 }
@@ -181,9 +181,8 @@ Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
         return Error{option, fmt::format("names {} twice; expected each instance at most once", name)};
     };
     for (const auto& [name, text] : stage.options.moves) {
-        const Result<std::size_t> instance = instance_named(name, "--move", stage);
-        if (!instance) return instance.error();
-        Motion& motion = motion_of(*instance, motions, stage);
+        HF_TRY(const std::size_t instance, instance_named(name, "--move", stage));
+        Motion& motion = motion_of(instance, motions, stage);
         if (motion.places.size() > 1) return given_twice("--move", name);
         std::optional<std::vector<Vec3f>> path = path_points(text);
         assert(path);
@@ -191,9 +190,8 @@ Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
         motion.places = even_pace(*path);
     }
     for (const auto& [name, text] : stage.options.turns) {
-        const Result<std::size_t> instance = instance_named(name, "--rotate", stage);
-        if (!instance) return instance.error();
-        Motion& motion = motion_of(*instance, motions, stage);
+        HF_TRY(const std::size_t instance, instance_named(name, "--rotate", stage));
+        Motion& motion = motion_of(instance, motions, stage);
         if (!motion.turns.empty()) return given_twice("--rotate", name);
         const std::optional<Vec3f> degrees = place_in(text);
         assert(degrees);
@@ -283,22 +281,21 @@ RelightMode changing_lamps(RelightStage& stage, std::vector<LampChange> changes)
 }
 
 Result<RelightMode> moving_instances(RelightStage& stage) {
-    Result<std::vector<Motion>> motions =
-        stage.options.keyframes ? keyframe_motions(stage) : asked_motions(stage);
-    if (!motions) return motions.error();
+    HF_TRY(std::vector<Motion> motions,
+           stage.options.keyframes ? keyframe_motions(stage) : asked_motions(stage));
     if (stage.options.keyframes && !stage.scene.lamp_keyframes.empty()) {
         std::vector<LampChange> changes = lamp_changes(stage.scene);
-        if (motions->empty()) return changing_lamps(stage, std::move(changes));
-        RelightMode mode = moving_instances(stage, std::move(*motions));
+        if (motions.empty()) return changing_lamps(stage, std::move(changes));
+        RelightMode mode = moving_instances(stage, std::move(motions));
         mode.change = [&stage, move = std::move(mode.change), changes = std::move(changes)](double share) {
             move(share);
             change_lamps(stage, changes, share);
         };
         return mode;
     }
-    if (motions->size() == 1 && motions->front().turns.empty())
-        return moving_instance(stage, std::move(motions->front()));
-    return moving_instances(stage, std::move(*motions));
+    if (motions.size() == 1 && motions.front().turns.empty())
+        return moving_instance(stage, std::move(motions.front()));
+    return moving_instances(stage, std::move(motions));
 }
 
 }  // namespace

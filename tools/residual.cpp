@@ -29,8 +29,7 @@ Result<ReferenceBounces> baked_objects(const Scene& scene, const std::filesystem
     for (const std::string& object : povray_object_names(stem, names)) {
         const std::filesystem::path include =
             folder / (stem + object.substr(povray_identifier(stem).size()) + ".inc");
-        if (const Result<Done> good = check_input_file(include, "an include file that bake wrote"); !good)
-            return good.error();
+        HF_TRY_DONE(check_input_file(include, "an include file that bake wrote"));
         bounces.baked.push_back({include, object});
     }
     return bounces;
@@ -38,36 +37,28 @@ Result<ReferenceBounces> baked_objects(const Scene& scene, const std::filesystem
 
 Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
-    const Result<ReferenceBounces> bounces = baked_objects(*scene, output);
-    if (!bounces) return bounces.error();
-    const Result<Image> baked = read_image(output / "baked.exr");
-    if (!baked) return baked.error();
-    const Result<TracedScene> traced = opened_for_tracing(*scene, options.scene, context);
-    if (!traced) return traced.error();
-    const Result<ReferenceFiles> files =
-        write_reference_scene(output, file_stem(*scene) + "_residual", scene->camera, traced->instances,
-                              traced->environment, options.lights, *bounces, lamps_of(scene->lamps));
-    if (!files) return files.error();
-    for (const std::string& warning : files->warnings) context.warn(warning);
-    PovrayOptions povray = povray_options(*scene, options.scene, context);
-    povray.width = baked->width;
-    povray.height = baked->height;
-    const Result<ReferencePicture> picture = rendered_reference(*files, povray, context.progress);
-    if (!picture) return picture.error();
-    const Result<Done> written =
-        write_picture(output / "residual.exr", picture->image, files->scene, picture->run, povray, context);
-    if (!written) return written.error();
-    const Result<ImageDifference> difference = image_difference(*baked, picture->image);
-    if (!difference) return difference.error();
-    const double own = double(*picture->image.relative_error);
-    context.report["bias"] = difference->bias;
-    context.report["relative_rmse"] = difference->relative_rmse;
+    HF_TRY(Scene scene, opened_scene(options.scene));
+    HF_TRY(const ReferenceBounces bounces, baked_objects(scene, output));
+    HF_TRY(const Image baked, read_image(output / "baked.exr"));
+    HF_TRY(const TracedScene traced, opened_for_tracing(scene, options.scene, context));
+    HF_TRY(const ReferenceFiles files,
+           write_reference_scene(output, file_stem(scene) + "_residual", scene.camera, traced.instances,
+                                 traced.environment, options.lights, bounces, lamps_of(scene.lamps)));
+    for (const std::string& warning : files.warnings) context.warn(warning);
+    PovrayOptions povray = povray_options(scene, options.scene, context);
+    povray.width = baked.width;
+    povray.height = baked.height;
+    HF_TRY(const ReferencePicture picture, rendered_reference(files, povray, context.progress));
+    HF_TRY_DONE(
+        write_picture(output / "residual.exr", picture.image, files.scene, picture.run, povray, context));
+    HF_TRY(const ImageDifference difference, image_difference(baked, picture.image));
+    const double own = double(*picture.image.relative_error);
+    context.report["bias"] = difference.bias;
+    context.report["relative_rmse"] = difference.relative_rmse;
     context.report["relative_error"] = own;
     context.print("bias           {:+.4f}\nrelative rmse  {:.4f}\nlights         relative error {:.4f}\n",
-                  difference->bias, difference->relative_rmse, own);
-    if (std::abs(difference->bias) <= options.most_bias && difference->relative_rmse <= options.most_rms)
+                  difference.bias, difference.relative_rmse, own);
+    if (std::abs(difference.bias) <= options.most_bias && difference.relative_rmse <= options.most_rms)
         return ExitCode::done;
     context.message(fmt::format(
         "the bake does not reproduce itself; expected a bias of at most {} and an RMSE of at most {}",

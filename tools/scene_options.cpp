@@ -83,8 +83,7 @@ Result<Scene> opened_scene(const SceneOptions& options) {
     else if (const std::optional<double> stops = number_in(exposures, options.exposure))
         scene->environment.exposure = static_cast<float>(*stops);
     if (options.frame) scene->finds_camera = true;
-    if (!scene->finds_camera)
-        if (const Result<Done> good = apply_view(options, scene->camera); !good) return good.error();
+    if (!scene->finds_camera) HF_TRY_DONE(apply_view(options, scene->camera));
     return scene;
 }
 
@@ -95,7 +94,7 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
     if (is_found) {
         camera = scene_camera(scene, entities);
         scene.finds_camera = false;
-        if (const Result<Done> good = apply_view(options, camera); !good) return good;
+        HF_TRY_DONE(apply_view(options, camera));
         context.print("camera position = [{:.6g}, {:.6g}, {:.6g}], target = [{:.6g}, {:.6g}, {:.6g}]\n",
                       camera.position.x, camera.position.y, camera.position.z, camera.target.x,
                       camera.target.y, camera.target.z);
@@ -108,13 +107,12 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
 }
 
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {
-    Result<SceneEnvironment> light = scene_environment(scene);
-    if (!light) return light.error();
-    for (const std::string& warning : light->warnings) context.warn(warning);
+    HF_TRY(SceneEnvironment light, scene_environment(scene));
+    for (const std::string& warning : light.warnings) context.warn(warning);
     context.report["environments"].push_back(
-        {{"from", light->from}, {"exposure", light->exposure}, {"found", light->is_found}});
-    if (light->is_found) context.print("light  {}, exposure {:.2f} stops\n", light->from, light->exposure);
-    return std::move(light->environment);
+        {{"from", light.from}, {"exposure", light.exposure}, {"found", light.is_found}});
+    if (light.is_found) context.print("light  {}, exposure {:.2f} stops\n", light.from, light.exposure);
+    return std::move(light.environment);
 }
 
 float expose_room(const Scene& scene, const SceneEntities& entities, Environment& environment,
@@ -260,15 +258,12 @@ Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& conte
 }
 
 Result<TracedScene> opened_for_tracing(Scene& scene, const SceneOptions& options, CommandContext& context) {
-    Result<Environment> environment = opened_environment(scene, context);
-    if (!environment) return environment.error();
-    Result<SceneEntities> entities = opened_originals(scene, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(scene, *entities, options, context); !placed)
-        return placed.error();
-    expose_room(scene, *entities, *environment, context);
-    std::vector<ReferenceInstance> instances = reference_instances(scene, *entities);
-    return TracedScene{std::move(*environment), std::move(*entities), std::move(instances)};
+    HF_TRY(Environment environment, opened_environment(scene, context));
+    HF_TRY(SceneEntities entities, opened_originals(scene, context));
+    HF_TRY_DONE(place_camera(scene, entities, options, context));
+    expose_room(scene, entities, environment, context);
+    std::vector<ReferenceInstance> instances = reference_instances(scene, entities);
+    return TracedScene{std::move(environment), std::move(entities), std::move(instances)};
 }
 
 }  // namespace haarfield

@@ -42,14 +42,13 @@ Result<ExitCode> print_batches(const StatusOptions& options, const FarmPlan& pla
 }
 
 Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
-    const Result<FarmPlan> plan = read_plan(options.plan);
-    if (!plan) return plan.error();
+    HF_TRY(const FarmPlan plan, read_plan(options.plan));
     const std::vector<TaskStatus> states = task_states(
-        options.plan, *plan, options.verify ? ResultCheck::content : ResultCheck::length, context.progress);
-    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
-    if (options.batches > 0) return print_batches(options, *plan, states);
+        options.plan, plan, options.verify ? ResultCheck::content : ResultCheck::length, context.progress);
+    if (context.progress.stop.stop_requested()) return interruption();
+    if (options.batches > 0) return print_batches(options, plan, states);
     const std::vector<double> seconds =
-        task_seconds(*plan, states, options.processor_time ? TaskTime::processor : TaskTime::clock);
+        task_seconds(plan, states, options.processor_time ? TaskTime::processor : TaskTime::clock);
     const auto count = [&](TaskState state) { return std::ranges::count(states, state, &TaskStatus::state); };
     std::vector<bool> left;
     double left_seconds = 0, cpu_seconds = 0;
@@ -71,8 +70,8 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
         if (states[task].state == TaskState::failed)
             failures.push_back({{"task", task}, {"failure", states[task].failure}});
     for (const std::size_t nodes : options.nodes)
-        times.push_back({{"nodes", nodes},
-                         {"seconds", simulated_seconds(*plan, seconds, left, nodes, options.overhead)}});
+        times.push_back(
+            {{"nodes", nodes}, {"seconds", simulated_seconds(plan, seconds, left, nodes, options.overhead)}});
     nlohmann::ordered_json status{{"plan", options.plan},
                                   {"tasks", states.size()},
                                   {"done", count(TaskState::done)},
@@ -84,7 +83,7 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
                                   {"cpu_seconds", cpu_seconds},
                                   {"peak_bytes", peak_bytes},
                                   {"failures", failures}};
-    if (running > 0) status["time_left"] = simulated_seconds(*plan, seconds, left, running, options.overhead);
+    if (running > 0) status["time_left"] = simulated_seconds(plan, seconds, left, running, options.overhead);
     if (!options.nodes.empty()) status["simulated"] = times;
     context.report["status"] = status;
     const ExitCode code = options.verify && !damaged.empty() ? ExitCode::failed : ExitCode::done;

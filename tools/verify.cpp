@@ -15,12 +15,11 @@ struct VerifyOptions {
 };
 
 Result<ExitCode> run(const VerifyOptions& options, const CommandContext& context) {
-    const Result<FieldVerdict> verdict =
-        verify_field(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
-    if (!verdict) return verdict.error();
+    HF_TRY(const FieldVerdict verdict,
+           verify_field(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused));
     context.print("{}: good\n", options.field);
-    if (!verdict->sealed) context.print("not sealed: saved by another program; its checksums are valid\n");
-    if (!verdict->grids_compared)
+    if (!verdict.sealed) context.print("not sealed: saved by another program; its checksums are valid\n");
+    if (!verdict.grids_compared)
         context.print(
             "its grids for viewers were written by another OpenVDB version and were not compared\n");
     return ExitCode::done;

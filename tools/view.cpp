@@ -120,27 +120,23 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output.empty()
                                              ? file.parent_path() / (file.stem().string() + "_view")
                                              : std::filesystem::path(options.output);
-    Result<Scene> scene = opened_scene(options.scene);
-    if (!scene) return scene.error();
+    HF_TRY(Scene scene, opened_scene(options.scene));
     WebLimits limits;
     limits.upload_bytes = std::size_t(options.upload_megabytes) << 20;
-    const Result<std::unique_ptr<ViewServer>> listening =
-        ViewServer::listen(options.address, static_cast<std::uint16_t>(options.port), random_token(), limits);
-    if (!listening) return listening.error();
-    ViewServer& server = **listening;
+    HF_TRY(const std::unique_ptr<ViewServer> listening,
+           ViewServer::listen(options.address, static_cast<std::uint16_t>(options.port), random_token(),
+                              limits));
+    ViewServer& server = *listening;
 
-    Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
-    if (!entities) return entities.error();
-    Result<Environment> light = opened_environment(*scene, context);
-    if (!light) return light.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    if (expose_room(*scene, *entities, *light, context) != 0)
-        scene->environment.exposure = context.report["environments"][0]["exposure"].get<float>();
+    HF_TRY(SceneEntities entities, opened_entities(scene, options.render, output, context));
+    HF_TRY(Environment light, opened_environment(scene, context));
+    HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
+    if (expose_room(scene, entities, light, context) != 0)
+        scene.environment.exposure = context.report["environments"][0]["exposure"].get<float>();
 
     std::filesystem::path lights = options.lights;
-    if (lights.empty() && !scene->environment.sky) lights = scene->environment.image.parent_path();
-    LightShelf shelf(scene->environment, lights, output / "lights");
+    if (lights.empty() && !scene.environment.sky) lights = scene.environment.image.parent_path();
+    LightShelf shelf(scene.environment, lights, output / "lights");
     ViewSettings settings;
     settings.render = options.render.shading;
     settings.transfer = options.render.transfer;
@@ -153,7 +149,7 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
                             [&](SharedBytes frame) { server.show_all(std::move(frame)); },
                             [&](PageId page, SharedBytes frame) { server.show(page, std::move(frame)); },
                             [&](PageId page) { server.shown(page); }};
-    ViewSession session(*scene, std::move(*entities), settings, shelf, audience);
+    ViewSession session(scene, std::move(entities), settings, shelf, audience);
     const Site site(session, shelf);
 
     print(stdout, "{}\n", server.url());

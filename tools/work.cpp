@@ -77,13 +77,11 @@ private:
         // deadlocks.
         std::vector<Claim> claims;
         for (const std::size_t task : tasks) {
-            Result<std::optional<Claim>> claim =
-                Claim::on(task_file(folder_, task, "claim"), context_.progress);
-            if (!claim) return claim.error();
-            if (*claim) claims.push_back(**std::move(claim));
+            HF_TRY(std::optional<Claim> claim,
+                   Claim::on(task_file(folder_, task, "claim"), context_.progress));
+            if (claim) claims.push_back(*std::move(claim));
         }
-        for (const std::vector<std::size_t>& left : groups(unfinished(tasks)))
-            if (Result<Done> done = run_claimed(left); !done) return done;
+        for (const std::vector<std::size_t>& left : groups(unfinished(tasks))) HF_TRY_DONE(run_claimed(left));
         return Done{};
     }
 
@@ -111,8 +109,7 @@ private:
         const Stopwatch watch;
         CommandContext inner = context_;
         inner.quiet = true;
-        Result<PartSections> made = done_tasks(plan_, tasks, folder_, inner);
-        if (!made) return made.error();
+        HF_TRY(PartSections made, done_tasks(plan_, tasks, folder_, inner));
         // The cost is that of all tasks of the group.
         TaskCost cost = process_cost(watch.elapsed().wall);
         const double cpu_seconds = cost.cpu_seconds - cpu_seconds_;
@@ -122,9 +119,7 @@ private:
         cost.seconds /= double(tasks.count);
         cost.cpu_seconds = cpu_seconds / double(tasks.count);
         for (std::size_t k = 0; k < tasks.count; ++k)
-            if (Result<Done> written = write_part(folder_, plan_, first + k, {cost, std::move((*made)[k])});
-                !written)
-                return written;
+            HF_TRY_DONE(write_part(folder_, plan_, first + k, {cost, std::move(made[k])}));
         if (tasks.count == 1)
             context_.print("task   {} done in {:.2f} s, {:.2f} s of processor time, {:.0f} MB\n", first,
                            seconds, cpu_seconds, double(cost.peak_bytes) / 1e6);
@@ -143,13 +138,12 @@ private:
 };
 
 Result<ExitCode> run(const WorkOptions& options, CommandContext& context) {
-    const Result<FarmPlan> plan = read_plan(options.plan);
-    if (!plan) return plan.error();
-    const Result<std::vector<std::size_t>> tasks = listed_tasks(options.tasks, plan->task_count());
+    HF_TRY(const FarmPlan plan, read_plan(options.plan));
+    const Result<std::vector<std::size_t>> tasks = listed_tasks(options.tasks, plan.task_count());
     if (!tasks) return Error{"--tasks", tasks.error().what};
-    if (const Result<Done> entered = enter_plan(*plan); !entered) return entered.error();
-    Worker worker(*plan, options.plan, context);
-    if (const Result<Done> done = worker.run(*tasks); !done) return done.error();
+    HF_TRY_DONE(enter_plan(plan));
+    Worker worker(plan, options.plan, context);
+    HF_TRY_DONE(worker.run(*tasks));
     context.report["tasks"] = *tasks;
     context.report["cpu_seconds"] = worker.cpu_seconds();
     context.report["peak_bytes"] = worker.peak_bytes();

@@ -81,10 +81,9 @@ Result<ImageFiles> image_files(std::span<const BakedInstance> instances) {
             } else if (!texture->png.empty()) {
                 files[texture] = {texture->png, "image/png", material};
             } else {
-                Result<std::string> png =
-                    png_bytes(texture->texels, texture->width, texture->height, texture->has_alpha);
-                if (!png) return png.error();
-                files[texture] = {std::move(*png), "image/png", material};
+                HF_TRY(std::string png,
+                       png_bytes(texture->texels, texture->width, texture->height, texture->has_alpha));
+                files[texture] = {std::move(png), "image/png", material};
             }
         }
     return files;
@@ -245,7 +244,7 @@ std::uint64_t buffer_size(std::span<const BakedInstance> instances, const ImageF
 }  // namespace
 
 Result<Done> write_baked_glb(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
-    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    HF_TRY_DONE(check_baked_instances(instances));
     if (instances.empty()) return Error{file.string(), "found no instance; expected at least one"};
     constexpr std::uint64_t room_for_json = std::uint64_t(1) << 28,
                             most = std::numeric_limits<std::uint32_t>::max() - room_for_json;

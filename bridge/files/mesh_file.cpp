@@ -51,7 +51,7 @@ void for_each_pass_number(const BakedInstance& instance, std::size_t vertex, con
 }  // namespace
 
 Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
-    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    HF_TRY_DONE(check_baked_instances(instances));
     std::uint64_t vertices = 0, faces = 0, corners = 0;
     std::uint32_t most_corners = 3;
     for (const BakedInstance& instance : instances) {
@@ -126,7 +126,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
 }
 
 Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
-    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    HF_TRY_DONE(check_baked_instances(instances));
     std::string text = "instance,vertex,x,y,z,nx,ny,nz,radiance_r,radiance_g,radiance_b";
     for (const std::string& column : pass_columns(instances)) text += "," + column;
     text += '\n';

@@ -28,12 +28,11 @@ Result<Done> check_encoder(const std::string& program) {
 Result<Done> write_movie(const std::filesystem::path& pictures, int count, const std::filesystem::path& movie,
                          int frames_per_second, const Progress& progress, const std::string& program) {
     std::error_code ignored;
-    const Result<OutputTarget> target = output_target(movie);
-    if (!target) return target.error();
+    HF_TRY(const OutputTarget target, output_target(movie));
     // ffmpeg selects the container by the extension. A stream receives the finished file, because containers
     // need to seek.
     const std::filesystem::path temporary =
-        (target->is_stream ? pictures.parent_path() : target->file.parent_path()) /
+        (target.is_stream ? pictures.parent_path() : target.file.parent_path()) /
         fmt::format(".{}", movie.filename().string());
     const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-start_number", "1",
                                              "-framerate", std::to_string(frames_per_second), "-i",
@@ -54,7 +53,7 @@ Result<Done> write_movie(const std::filesystem::path& pictures, int count, const
     while (!is_interrupted && child.read_some(log)) is_interrupted = progress.stop.stop_requested();
     if (is_interrupted) {
         std::filesystem::remove(temporary, ignored);
-        return Error{"", interrupted};
+        return interruption();
     }
     const int status = child.wait();
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
@@ -62,7 +61,7 @@ Result<Done> write_movie(const std::filesystem::path& pictures, int count, const
         while (!log.empty() && log.back() == '\n') log.pop_back();
         return Error{movie.string(), fmt::format("{} failed: {}", program, log)};
     }
-    return move_output(temporary, *target);
+    return move_output(temporary, target);
 }
 
 }  // namespace haarfield

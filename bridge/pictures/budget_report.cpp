@@ -80,8 +80,7 @@ std::string marks(const BudgetReport& report) {
 
 Result<Done> write_budget_report(const BudgetReport& report, const std::filesystem::path& file) {
     assert(report.preview);
-    const Result<std::string> preview = embedded_image(*report.preview, "preview", "first-view");
-    if (!preview) return preview.error();
+    HF_TRY(const std::string preview, embedded_image(*report.preview, "preview", "first-view"));
     std::string page = html_head(report.title + ": error budget");
     page += fmt::format(
         "<h1>{}</h1>\n<p class=\"lead\">Error of each approximation alone, at {} random vertices, relative "
@@ -93,7 +92,7 @@ Result<Done> write_budget_report(const BudgetReport& report, const std::filesyst
         "<section>\n<figure><h2>The worst vertices</h2><div class=\"stage\">{}{}</div>\n<figcaption>The "
         "measured vertices with the largest errors relative to the finest oracle, where they are visible in "
         "the preview.</figcaption></figure>\n</section>\n",
-        *preview, marks(report));
+        preview, marks(report));
     if (report.oracle)
         page += fmt::format(
             "<section>\n"

@@ -147,13 +147,10 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         difference.mask.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
         return Error{file.string(), "the pictures have different sizes"};
     const float brightest = shown_error(difference);
-    const Result<std::string> image = embedded_image(*report.image, report.image_name, "first");
-    if (!image) return image.error();
-    const Result<std::string> reference = embedded_image(*report.reference, report.reference_name, "second");
-    if (!reference) return reference.error();
-    const Result<std::string> picture =
-        embedded_image(difference_picture(difference, width, height, brightest), "difference", "difference");
-    if (!picture) return picture.error();
+    HF_TRY(const std::string image, embedded_image(*report.image, report.image_name, "first"));
+    HF_TRY(const std::string reference, embedded_image(*report.reference, report.reference_name, "second"));
+    HF_TRY(const std::string picture, embedded_image(difference_picture(difference, width, height, brightest),
+                                                     "difference", "difference"));
 
     const std::string first = escaped(report.image_name), second = escaped(report.reference_name);
     std::string page =
@@ -173,7 +170,7 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         "<input id=\"split\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"0.1\" "
         "aria-label=\"visible fraction of the first picture\">"
         "<button data-split=\"0\">{}</button><button id=\"flip\">Flip</button></div>\n</section>\n",
-        *reference, *image, first, second, first, second);
+        reference, image, first, second, first, second);
 
     page += fmt::format(
         "<section class=\"two\">\n<figure><h2>Where they differ</h2><div class=\"stage\">{}</div>\n{}"
@@ -181,7 +178,7 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         "<figure><h2>How often they differ</h2>\n{}"
         "<figcaption>Fraction of the pixels by perceptual error; square-root "
         "scale.</figcaption></figure>\n</section>\n",
-        *picture, legend(brightest), histogram(difference, brightest));
+        picture, legend(brightest), histogram(difference, brightest));
 
     page += "<section>\n<h2>Numbers</h2>\n" + numbers(report) + "</section>\n";
     page += commands_section(report.commands);

@@ -40,8 +40,8 @@ Result<ImageDifference> image_difference(const Image& image, const Image& refere
     if (!mask.pixels.empty() && (mask.width != image.width || mask.height != image.height))
         return Error{"mask", fmt::format("is {} pixels; expected the size of the image, {}", size_of(mask),
                                          size_of(image))};
-    if (Result<Done> good = check_finite(image, "image"); !good) return good.error();
-    if (Result<Done> good = check_finite(reference, "reference"); !good) return good.error();
+    HF_TRY_DONE(check_finite(image, "image"));
+    HF_TRY_DONE(check_finite(reference, "reference"));
 
     ImageDifference result;
     result.mask.resize(pixels);

@@ -60,12 +60,11 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
     const Image& image = reference.image;
     assert(camera.width == image.width && camera.height == image.height && !image.coverage.empty());
     std::vector<CheckedPixel> pixels = random_pixels(scene, camera, image, points);
-    const Result<DenseScene> dense = DenseScene::make(scene, face_size, {}, progress.stop);
-    if (!dense) return dense.error();
+    HF_TRY(const DenseScene dense, DenseScene::make(scene, face_size, {}, progress.stop));
     const Result<Done> shaded = parallel_loop(
         {pixels.size()},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t k) {
+            return [&, shader = std::make_shared<DenseShader>(dense)](std::size_t k) {
                 const MeshPoint& at = pixels[k].at;
                 const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
                 if (!point) return;

@@ -80,29 +80,27 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
         std::string declarations = image_declarations(instance, textures);
         if (textured.mapped) {
             declarations += textured.mapped->declarations();
-            if (Result<Done> written = textured.mapped->write(file.parent_path()); !written)
-                return written.error();
+            HF_TRY_DONE(textured.mapped->write(file.parent_path()));
         }
         const std::string text =
             include_text(instance, declarations, textured.text, textured.textures, object, name);
-        if (Result<Done> written = write_file(file, text); !written) return written.error();
+        HF_TRY_DONE(write_file(file, text));
         return textured.clamped_vertices;
     }
     const std::filesystem::path atlas = std::filesystem::path(file).replace_extension(".exr");
     const ColouredMesh coloured =
         coloured_mesh(*instance.mesh, instance.radiance, colour_storage(instance.radiance),
                       object + "_Finish", atlas.filename().string());
-    if (!coloured.atlas.pixels.empty())
-        if (Result<Done> written = write_image(coloured.atlas, atlas); !written) return written.error();
+    if (!coloured.atlas.pixels.empty()) HF_TRY_DONE(write_image(coloured.atlas, atlas));
     const std::string text = include_text(instance, "", coloured.text, coloured.textures, object, name);
-    if (Result<Done> written = write_file(file, text); !written) return written.error();
+    HF_TRY_DONE(write_file(file, text));
     return coloured.clamped_vertices;
 }
 
 Result<Done> check_instance(const BakedInstance& instance) {
     assert(instance.mesh);
     const std::string where = "instance " + instance.name;
-    if (Result<Done> good = check_povray_mesh(*instance.mesh, where); !good) return good.error();
+    HF_TRY_DONE(check_povray_mesh(*instance.mesh, where));
     if (instance.radiance.size() != instance.mesh->positions.size())
         return Error{where, fmt::format("found {} radiance values; expected one for each of the {} vertices",
                                         instance.radiance.size(), instance.mesh->positions.size())};
@@ -133,7 +131,7 @@ Result<Done> check_instance(const BakedInstance& instance) {
 Result<Done> check_baked_instances(std::span<const BakedInstance> instances) {
     std::set<std::string_view> names;
     for (const BakedInstance& instance : instances) {
-        if (Result<Done> good = check_instance(instance); !good) return good.error();
+        HF_TRY_DONE(check_instance(instance));
         assert(std::ranges::equal(instance.passes, instances.front().passes, {}, &VertexValues::name,
                                   &VertexValues::name));
         if (!names.insert(instance.name).second)
@@ -147,12 +145,10 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
                                      const BackgroundDescription& background) {
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is not a valid scene name; expected letters, digits, _, - and ."};
-    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
-    const Result<std::string> camera_text = povray_camera(camera);
-    if (!camera_text) return camera_text.error();
-    if (Result<Done> made = make_folder(folder); !made) return made.error();
-    const Result<std::string> background_text = write_background(folder, scene_name, background);
-    if (!background_text) return background_text.error();
+    HF_TRY_DONE(check_baked_instances(instances));
+    HF_TRY(const std::string camera_text, povray_camera(camera));
+    HF_TRY_DONE(make_folder(folder));
+    HF_TRY(const std::string background_text, write_background(folder, scene_name, background));
 
     BakedFiles files;
     std::vector<std::string> names;
@@ -162,15 +158,14 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
     for (const std::string& object : files.objects)
         files.includes.push_back(folder / (scene_name + "_" + object.substr(prefix) + ".inc"));
 
-    const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
-    if (!textures) return textures.error();
-    files.images = files_of(*textures);
+    HF_TRY(const TextureFiles textures, write_textures(folder, scene_name, textures_of(instances)));
+    files.images = files_of(textures);
 
     std::vector<std::optional<Error>> errors(instances.size());
     std::vector<std::uint64_t> clamped(instances.size());
     tbb::parallel_for(std::size_t{0}, instances.size(), [&](std::size_t i) {
         const Result<std::uint64_t> written =
-            write_include(instances[i], files.objects[i], files.includes[i], *textures);
+            write_include(instances[i], files.objects[i], files.includes[i], textures);
         if (written)
             clamped[i] = *written;
         else
@@ -186,14 +181,14 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
         "#version 3.7;\n"
         "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
         "#ifndef ({5})\n",
-        scene_name, camera.width, camera.height, *camera_text, *background_text, background_only);
+        scene_name, camera.width, camera.height, camera_text, background_text, background_only);
     // The instances are placed directly: POV-Ray copies a declared object with all its textures at each use.
     for (std::size_t i = 0; i < instances.size(); ++i)
         text += fmt::format("#declare {1}_In_Place = 1;\n#include \"{0}\"\n",
                             files.includes[i].filename().string(), files.objects[i]);
     text += "#end\n";
     files.scene = folder / (scene_name + ".pov");
-    if (Result<Done> written = write_file(files.scene, text); !written) return written.error();
+    HF_TRY_DONE(write_file(files.scene, text));
     return files;
 }
 

@@ -117,10 +117,8 @@ std::string MappedLight::texture(const TextureFile* image) const {
 }
 
 Result<Done> MappedLight::write(const std::filesystem::path& folder) const {
-    if (Result<Done> written = write_image(light_, folder / (stem_ + ".exr")); !written) return written;
-    if (!added_.pixels.empty())
-        if (Result<Done> written = write_image(added_, folder / (stem_ + ".over.exr")); !written)
-            return written;
+    HF_TRY_DONE(write_image(light_, folder / (stem_ + ".exr")));
+    if (!added_.pixels.empty()) HF_TRY_DONE(write_image(added_, folder / (stem_ + ".over.exr")));
     const Result<std::string> bytes = png_bytes(places_, atlas_.width(), atlas_.height());
     const std::filesystem::path places = folder / (stem_ + ".places.png");
     if (!bytes) return Error{places.string(), bytes.error().what};

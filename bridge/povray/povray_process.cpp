@@ -199,14 +199,13 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
            options.antialiasing_threshold >= 0 && options.first_row >= 0 &&
            options.last_row <= options.height);
     std::error_code code;
-    if (const Result<Done> good = check_input_file(scene); !good) return good.error();
+    HF_TRY_DONE(check_input_file(scene));
     const std::filesystem::path whole_scene = std::filesystem::absolute(scene);
     const std::filesystem::path whole_exr = std::filesystem::absolute(exr);
-    const Result<OutputTarget> target = output_target(whole_exr);
-    if (!target) return target.error();
+    HF_TRY(const OutputTarget target, output_target(whole_exr));
     const std::filesystem::path folder =
-        target->is_stream ? whole_scene.parent_path() : target->file.parent_path();
-    if (Result<Done> made = make_folder(folder); !made) return made.error();
+        target.is_stream ? whole_scene.parent_path() : target.file.parent_path();
+    HF_TRY_DONE(make_folder(folder));
     const TemporaryFolder temporary(folder);
     if (temporary.path().empty()) return Error{folder.string(), "cannot be written to"};
     const std::filesystem::path picture = temporary.path() / "picture.exr";
@@ -218,7 +217,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
                       output = seen.empty() ? picture.string() : seen.string();
     if (contains(scene_name, "\"") || contains(output, "\""))
         return Error{scene.string(), "POV-Ray accepts no file names with quotation marks"};
-    if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
+    if (progress.stop.stop_requested()) return interruption(scene.string());
     PovrayRun run;
     run.command_line =
         as_typed(options.program, arguments_of(scene_name, whole_exr.filename().string(), options));
@@ -235,7 +234,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     while (true) {
         const std::size_t said = log.size();
         if (!child.read_some(log)) break;
-        if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
+        if (progress.stop.stop_requested()) return interruption(scene.string());
         if (log.size() > said) last_word = Clock::now();
         if (Clock::now() - last_word > std::chrono::duration<double>(options.patience))
             return Error{scene.string(), fmt::format("POV-Ray reported nothing for {} s and was ended; its "
@@ -256,7 +255,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
                                  WIFEXITED(status) ? WEXITSTATUS(status) : -1, description(log))};
     if (!std::filesystem::is_regular_file(picture, code))
         return Error{scene.string(), "POV-Ray wrote no picture: " + description(log)};
-    if (Result<Done> moved = move_output(picture, *target); !moved) return moved.error();
+    HF_TRY_DONE(move_output(picture, target));
 
     run.parse_seconds = logged_seconds(log, "Parse Time:");
     run.trace_seconds = logged_seconds(log, "Trace Time:");
@@ -272,11 +271,9 @@ Result<RenderedScene> rendered_scene(const std::filesystem::path& scene, const P
     const TemporaryFolder temporary(folder);
     if (temporary.path().empty()) return Error{folder.string(), "cannot be written to"};
     const std::filesystem::path exr = temporary.path() / "picture.exr";
-    Result<PovrayRun> run = run_povray(scene, exr, options, progress);
-    if (!run) return run.error();
-    Result<Image> image = read_image(exr);
-    if (!image) return image.error();
-    return RenderedScene{std::move(*image), std::move(*run)};
+    HF_TRY(PovrayRun run, run_povray(scene, exr, options, progress));
+    HF_TRY(Image image, read_image(exr));
+    return RenderedScene{std::move(image), std::move(run)};
 }
 
 Result<Done> write_with_background(const Image& objects, const std::filesystem::path& scene,
@@ -284,11 +281,9 @@ Result<Done> write_with_background(const Image& objects, const std::filesystem::
                                    const Progress& progress) {
     PovrayOptions behind = options;
     behind.declarations.push_back(background_only);
-    const Result<RenderedScene> background = rendered_scene(scene, behind, {{}, progress.stop});
-    if (!background) return background.error();
-    if (Result<Done> written = write_image(objects, exr); !written) return written;
-    return write_image(over(objects, background->image),
-                       std::filesystem::path(exr).replace_extension(".png"));
+    HF_TRY(const RenderedScene background, rendered_scene(scene, behind, {{}, progress.stop}));
+    HF_TRY_DONE(write_image(objects, exr));
+    return write_image(over(objects, background.image), std::filesystem::path(exr).replace_extension(".png"));
 }
 
 Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
@@ -297,9 +292,7 @@ Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std
     objects.declarations.push_back(without_background);
     Result<RenderedScene> rendered = rendered_scene(scene, objects, progress);
     if (!rendered) return rendered;
-    if (Result<Done> written = write_with_background(rendered->image, scene, exr, options, progress);
-        !written)
-        return written.error();
+    HF_TRY_DONE(write_with_background(rendered->image, scene, exr, options, progress));
     return rendered;
 }
 

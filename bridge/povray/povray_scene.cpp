@@ -124,7 +124,7 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
     const LatLongImage& environment = *background.environment;
     const std::string name = stem + "_environment.exr";
     const Image image{environment.width, environment.height, environment.pixels, {}};
-    if (Result<Done> written = write_image(image, folder / name); !written) return written.error();
+    HF_TRY_DONE(write_image(image, folder / name));
     // The rows of the matrix are the world directions of the image's left edge at the horizon, of its top,
     // and of a quarter from the left edge; see lat_long_direction.
     return guard + fmt::format(

@@ -18,12 +18,10 @@ Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, cons
     small.antialiasing = 0;
     std::array<double, tried.size()> error{};
     for (std::size_t k = 0; k < tried.size(); ++k) {
-        const Result<ReferenceFiles> files =
-            write_reference_scene(folder, stem, camera, instances, environment, tried[k], {}, lamps);
-        if (!files) return files.error();
-        const Result<ReferencePicture> picture = rendered_reference(*files, small, progress);
-        if (!picture) return picture.error();
-        error[k] = double(*picture->image.relative_error);
+        HF_TRY(const ReferenceFiles files,
+               write_reference_scene(folder, stem, camera, instances, environment, tried[k], {}, lamps));
+        HF_TRY(const ReferencePicture picture, rendered_reference(files, small, progress));
+        error[k] = double(*picture.image.relative_error);
         if (error[k] <= surely * wanted) return LightEstimate{tried[k], error[k]};
     }
     return estimated_lights(tried[1], error[1], tried[2], error[2], wanted);

@@ -60,17 +60,15 @@ struct RunsOfPicture {
 Result<Done> add_difference(const std::filesystem::path& scene, PovrayOptions options,
                             const char* declaration, RenderedScene& picture, const Progress& progress,
                             RunsOfPicture runs) {
-    const Result<RenderedScene> with =
-        rendered_scene(scene, options, part_of(progress, runs.before, runs.all));
-    if (!with) return with.error();
+    HF_TRY(const RenderedScene with,
+           rendered_scene(scene, options, part_of(progress, runs.before, runs.all)));
     options.declarations.push_back(declaration);
-    const Result<RenderedScene> without =
-        rendered_scene(scene, options, part_of(progress, runs.before + 1, runs.all));
-    if (!without) return without.error();
+    HF_TRY(const RenderedScene without,
+           rendered_scene(scene, options, part_of(progress, runs.before + 1, runs.all)));
     for (std::size_t i = 0; i < picture.image.pixels.size(); ++i)
-        picture.image.pixels[i] += with->image.pixels[i] - without->image.pixels[i];
-    add_run(with->run, picture.run);
-    add_run(without->run, picture.run);
+        picture.image.pixels[i] += with.image.pixels[i] - without.image.pixels[i];
+    add_run(with.run, picture.run);
+    add_run(without.run, picture.run);
     return Done{};
 }
 
@@ -92,17 +90,11 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     if (!direct) return direct;
     PovrayOptions few = objects;
     few.declarations.push_back(reduced_lights_alone);
-    if (const Result<Done> added =
-            add_difference(scene.scene, few, without_bounces, *direct, progress, {1, runs});
-        !added)
-        return added.error();
+    HF_TRY_DONE(add_difference(scene.scene, few, without_bounces, *direct, progress, {1, runs}));
     if (!gathers_emitters) return direct;
     PovrayOptions gathered = objects;
     gathered.declarations.insert(gathered.declarations.end(), {other_lights, emitters_by_radiosity});
-    if (const Result<Done> added =
-            add_difference(scene.scene, gathered, direct_light_only, *direct, progress, {3, runs});
-        !added)
-        return added.error();
+    HF_TRY_DONE(add_difference(scene.scene, gathered, direct_light_only, *direct, progress, {3, runs}));
     return direct;
 }
 
@@ -119,9 +111,7 @@ Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const P
                                             const Progress& progress) {
     std::array<RenderedScene, 2> halves;
     for (std::size_t set = 0; set < 2; ++set) {
-        Result<RenderedScene> half = rendered_half(scene, set, options, part_of(progress, set, 2));
-        if (!half) return half.error();
-        halves[set] = *std::move(half);
+        HF_TRY(halves[set], rendered_half(scene, set, options, part_of(progress, set, 2)));
     }
     return reference_of_halves(scene, std::move(halves));
 }
@@ -147,13 +137,11 @@ Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, cons
     Result<RenderedScene> picture = rendered_scene(scene, lit, progress);
     if (!picture) return picture;
     const Progress silent{{}, progress.stop};
-    const Result<RenderedScene> covered = rendered_scene(scene, unlit, silent);
-    if (!covered) return covered.error();
-    const Result<RenderedScene> background = rendered_scene(scene, behind, silent);
-    if (!background) return background.error();
-    picture->image.coverage = covered->image.coverage;
+    HF_TRY(const RenderedScene covered, rendered_scene(scene, unlit, silent));
+    HF_TRY(const RenderedScene background, rendered_scene(scene, behind, silent));
+    picture->image.coverage = covered.image.coverage;
     for (std::size_t i = 0; i < picture->image.pixels.size(); ++i)
-        picture->image.pixels[i] -= background->image.pixels[i] * (1 - picture->image.coverage[i]);
+        picture->image.pixels[i] -= background.image.pixels[i] * (1 - picture->image.coverage[i]);
     return picture;
 }
 

@@ -227,15 +227,15 @@ Result<Done> check_instances(std::span<const ReferenceInstance> instances) {
     for (const ReferenceInstance& instance : instances) {
         assert(instance.mesh);
         const std::string where = "instance " + instance.name;
-        if (Result<Done> good = check_povray_mesh(*instance.mesh, where); !good) return good.error();
+        HF_TRY_DONE(check_povray_mesh(*instance.mesh, where));
         if (instance.mesh->normals.size() != instance.mesh->positions.size() ||
             instance.mesh->vertex_materials.size() != instance.mesh->positions.size())
             return Error{where, "some vertices lack normals or materials"};
         for (std::size_t i = 0; i < instance.mesh->normals.size(); ++i)
             if (!is_finite(instance.mesh->normals[i]))
                 return Error{where, fmt::format("the normal of vertex {} is not finite", i)};
-        if (Result<Done> good = check_materials(instance, where); !good) return good.error();
-        if (Result<Done> good = check_placement(where, instance.placement); !good) return good.error();
+        HF_TRY_DONE(check_materials(instance, where));
+        HF_TRY_DONE(check_placement(where, instance.placement));
         if (!instance.surfaces.empty() && instance.surfaces.size() != instance.materials.size())
             return Error{where, "the numbers of surfaces and materials differ"};
         if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
@@ -465,22 +465,19 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= most_bounces);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is not a valid scene name; expected letters, digits, _, - and ."};
-    if (Result<Done> good = check_instances(instances); !good) return good.error();
+    HF_TRY_DONE(check_instances(instances));
 
     ReferenceFiles files;
     double extent = 0;
     files.world_scale = chosen_world_scale(instances, camera, lamps, extent);
-    const Result<std::string> camera_text = povray_camera(camera, files.world_scale);
-    if (!camera_text) return camera_text.error();
-    if (Result<Done> made = make_folder(folder); !made) return made.error();
+    HF_TRY(const std::string camera_text, povray_camera(camera, files.world_scale));
+    HF_TRY_DONE(make_folder(folder));
     const LatLongImage background = image_with_suns(environment);
-    const Result<std::string> background_text = write_background(folder, scene_name, {&background});
-    if (!background_text) return background_text.error();
+    HF_TRY(const std::string background_text, write_background(folder, scene_name, {&background}));
     add_warnings(files.warnings, instances);
     add_warnings_of_shapes(files.warnings, instances, environment, lamps);
-    const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
-    if (!textures) return textures.error();
-    files.images = files_of(*textures);
+    HF_TRY(const TextureFiles textures, write_textures(folder, scene_name, textures_of(instances)));
+    files.images = files_of(textures);
 
     std::string text = fmt::format(
         "// {0}: the reference for haarfield's baked scene, lit by a dome of parallel lights.\n"
@@ -495,7 +492,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "  minimum_reuse 0.004 }} }}\n"
         "#end\n{8}\n{4}\n{5}\n"
         "#ifndef ({6})\n",
-        scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
+        scene_name, camera.width, camera.height, files.world_scale, camera_text, background_text,
         background_only, by_radiosity, bounces_text(bounces));
     text += "#declare Emission_Share = 1;\n";
     // Bounces are gathered under lamps instead of emission.
@@ -504,7 +501,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     if (has_emitters && bounces.limit > 0)
         text += fmt::format("#ifdef ({}) #declare Emission_Share = 0; #end\n", reduced_lights_alone);
     std::vector<std::string> declarations;
-    for (const auto& [texture, file] : *textures) declarations.push_back(file.text);
+    for (const auto& [texture, file] : textures) declarations.push_back(file.text);
     std::ranges::sort(declarations);
     for (const std::string& declaration : declarations) text += declaration;
 
@@ -518,10 +515,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const std::string object = fmt::format("{}_Mesh_{}", povray_identifier(scene_name), entry->second);
         if (is_new) {
             files.includes.push_back(folder / fmt::format("{}_mesh_{}.inc", scene_name, entry->second));
-            if (Result<Done> written =
-                    write_file(files.includes.back(), mesh_text(instance, object, *textures));
-                !written)
-                return written.error();
+            HF_TRY_DONE(write_file(files.includes.back(), mesh_text(instance, object, textures)));
             text += fmt::format("#include \"{}\"\n", files.includes.back().filename().string());
         }
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
@@ -592,7 +586,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     files.lamps = static_cast<int>(lamps.size());
     text += "#end\n";
     files.scene = folder / (scene_name + ".pov");
-    if (Result<Done> written = write_file(files.scene, text); !written) return written.error();
+    HF_TRY_DONE(write_file(files.scene, text));
     return files;
 }
 

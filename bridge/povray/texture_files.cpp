@@ -67,13 +67,12 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
         TextureFile made;
         made.file = folder / fmt::format("{}_{}.{}", stem, name, is_jpeg ? "jpg" : "png");
         if (is_jpeg) {
-            if (const Result<Done> written = write_file(made.file, texture->jpeg); !written)
-                return written.error();
+            HF_TRY_DONE(write_file(made.file, texture->jpeg));
         } else {
             const Result<std::string> bytes =
                 png_bytes(texture->texels, texture->width, texture->height, texture->has_alpha);
             if (!bytes) return Error{made.file.string(), bytes.error().what};
-            if (const Result<Done> written = write_file(made.file, *bytes); !written) return written.error();
+            HF_TRY_DONE(write_file(made.file, *bytes));
         }
         made.pigment = fmt::format("{}_Image_{}", povray_identifier(stem), povray_identifier(name));
         const std::string image =

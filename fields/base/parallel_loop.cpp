@@ -32,7 +32,7 @@ Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody(
         // use, and the lock may be held.
         tbb::this_task_arena::isolate([&] { do_part(part); });
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     return Done{};
 }
 

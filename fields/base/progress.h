@@ -1,6 +1,8 @@
 #pragma once
 /// Progress reports and cancellation of long computations.
 
+#include "fields/base/result.h"
+
 #include <cstdint>
 #include <functional>
 #include <stop_token>
@@ -15,12 +17,16 @@ struct Progress {
     /// but never overlap. The callee must be cheap.
     std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)> report;
 
-    /// After a stop request, the computation returns within about 50 ms with the error `interrupted` and
-    /// leaves nothing half-written.
+    /// After a stop request, the computation returns within about 50 ms with the error
+    /// `ErrorCode::interrupted` and leaves nothing half-written.
     std::stop_token stop;
 };
 
-/// The `what` of the error that an interrupted computation returns.
-inline constexpr const char* interrupted = "interrupted";
+/// Returns the error of a computation that stopped on request.
+///
+/// where  the file or entity concerned; may be empty.
+inline Error interruption(std::string where = {}) {
+    return {std::move(where), "interrupted", ErrorCode::interrupted};
+}
 
 }  // namespace haarfield

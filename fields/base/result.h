@@ -6,12 +6,33 @@
 #include <utility>
 #include <variant>
 
+/// Stores the value of a Result; the enclosing function returns the error if there is none.
+///
+/// declaration  what is on the left of `=`, without commas: `const Scene scene`, or `scene_` to assign.
+/// ...          an expression of type Result<T>. The macro is several statements, so it needs a block.
+#define HF_TRY(declaration, ...) HF_TRY_AS(HF_NAME_OF_LINE(hf_result_, __LINE__), declaration, __VA_ARGS__)
+/// Evaluates an expression of type Result<T> for its effect; the enclosing function returns its error.
+#define HF_TRY_DONE(...)                                                              \
+    do                                                                                \
+        if (const auto hf_result = __VA_ARGS__; !hf_result) return hf_result.error(); \
+    while (false)
+#define HF_TRY_AS(result, declaration, ...) \
+    auto result = __VA_ARGS__;              \
+    if (!result) return result.error();     \
+    declaration = *std::move(result)
+#define HF_NAME_OF_LINE(name, line) HF_JOINED(name, line)
+#define HF_JOINED(name, line) name##line
+
 namespace haarfield {
+
+/// The kinds of failure that callers distinguish.
+enum class ErrorCode { failed, interrupted };
 
 /// An error message for a person.
 struct Error {
     std::string where;  ///< `file`, `file:line` or `file:line:column`.
     std::string what;   ///< What was found, and what was expected.
+    ErrorCode code = ErrorCode::failed;
 
     /// Returns place and description in one line.
     std::string message() const { return where.empty() ? what : where + ": " + what; }

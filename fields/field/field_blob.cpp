@@ -164,9 +164,8 @@ Result<BlobHeader> checked_header(std::string_view bytes) {
 /// Returns the sections of a blob, after verifying its header and the checksums of the first `checked`
 /// sections.
 Result<Sections> checked_sections(std::string_view blob, std::size_t checked = section_count) {
-    const Result<BlobHeader> header = checked_header(blob);
-    if (!header) return header.error();
-    if (header->sections != section_count || header->bytes != blob.size())
+    HF_TRY(const BlobHeader header, checked_header(blob));
+    if (header.sections != section_count || header.bytes != blob.size())
         return Error{"", "the size or number of the field's tables differs from that in their header"};
     Sections sections;
     std::uint64_t end = head_size;
@@ -265,27 +264,24 @@ std::string field_blob(const VisibilityField& field) {
 }
 
 Result<VisibilityField> blob_field(std::string_view blob, const std::shared_ptr<const void>& owner) {
-    const Result<Sections> sections = checked_sections(blob);
-    if (!sections) return sections.error();
-    Result<VisibilityField> field = described_field(*sections);
+    HF_TRY(const Sections sections, checked_sections(blob));
+    Result<VisibilityField> field = described_field(sections);
     if (!field) return field;
-    if (!read_values((*sections)[planar_table], field->planar_handles) ||
-        !read_values((*sections)[spherical_table], field->spherical_handles) ||
-        !read_values((*sections)[local_table], field->local_handles) ||
-        !read_table((*sections)[cubemaps], owner, field->pool.cubemaps) ||
-        !read_table((*sections)[faces], owner, field->pool.faces) ||
-        !read_table((*sections)[nodes], owner, field->pool.node_bytes))
+    if (!read_values(sections[planar_table], field->planar_handles) ||
+        !read_values(sections[spherical_table], field->spherical_handles) ||
+        !read_values(sections[local_table], field->local_handles) ||
+        !read_table(sections[cubemaps], owner, field->pool.cubemaps) ||
+        !read_table(sections[faces], owner, field->pool.faces) ||
+        !read_table(sections[nodes], owner, field->pool.node_bytes))
         return Error{"", "a table of the field ends within an element"};
     return field;
 }
 
 Result<BlobHead> blob_head(std::string_view blob) {
-    const Result<Sections> sections = checked_sections(blob, record + 1);
-    if (!sections) return sections.error();
-    Result<VisibilityField> field = described_field(*sections);
-    if (!field) return field.error();
-    const auto count = [&](std::size_t table) { return (*sections)[table].size() / sizeof(std::int32_t); };
-    return BlobHead{*std::move(field), count(planar_table), count(spherical_table), count(local_table)};
+    HF_TRY(const Sections sections, checked_sections(blob, record + 1));
+    HF_TRY(VisibilityField field, described_field(sections));
+    const auto count = [&](std::size_t table) { return sections[table].size() / sizeof(std::int32_t); };
+    return BlobHead{std::move(field), count(planar_table), count(spherical_table), count(local_table)};
 }
 
 std::string_view find_field_blob(std::string_view file) {

@@ -40,9 +40,8 @@ Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed
             return Error{"", "has neither a seal nor a field's tables: it is cut short, or not a field"};
         return blob;
     }
-    const Result<FieldSeal> seal = read_field_seal(file);
-    if (!seal) return seal.error();
-    const std::string_view blob = file.substr(seal->blob_offset, seal->blob_bytes);
+    HF_TRY(const FieldSeal seal, read_field_seal(file));
+    const std::string_view blob = file.substr(seal.blob_offset, seal.blob_bytes);
     if (const Result<BlobHead> head = blob_head(blob); !head) return head.error();
     if (file.size() > largest_sealed(blob.size()))
         return Error{"", fmt::format("has {} bytes; expected at most {} for its tables", file.size(),
@@ -54,26 +53,24 @@ Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed
 Result<std::string_view> checked_blob(std::string_view file, Unsealed unsealed) {
     const Result<std::string_view> blob = plausible_blob(file, unsealed);
     if (!blob || !has_field_seal(file)) return blob;
-    const Result<FieldSeal> seal = read_field_seal(file);
-    if (!seal) return seal.error();
-    if (content_hash(file.substr(0, file.size() - field_seal_size)) != seal->content)
+    HF_TRY(const FieldSeal seal, read_field_seal(file));
+    if (content_hash(file.substr(0, file.size() - field_seal_size)) != seal.content)
         return Error{"", "the file was changed or damaged since it was written: its checksum is wrong"};
     return blob;
 }
 
 Result<OpenedField> opened_field(const path& file, Unsealed unsealed) {
     const auto refusal = [&](const std::string& reason) { return Error{file.string(), reason}; };
-    Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    if (const Result<std::string_view> blob = plausible_blob(mapped->bytes, unsealed); !blob)
+    HF_TRY(MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    if (const Result<std::string_view> blob = plausible_blob(mapped.bytes, unsealed); !blob)
         return refusal(blob.error().what);
-    if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
-    const Result<std::string_view> blob = checked_blob(mapped->bytes, unsealed);
+    HF_TRY_DONE(load_pages(mapped, file.string()));
+    const Result<std::string_view> blob = checked_blob(mapped.bytes, unsealed);
     if (!blob) return refusal(blob.error().what);
-    Result<VisibilityField> field = blob_field(*blob, mapped->owner);
+    Result<VisibilityField> field = blob_field(*blob, mapped.owner);
     if (!field) return refusal(field.error().what);
     if (const std::string defect = field_defect(*field); !defect.empty()) return refusal(defect);
-    return OpenedField{*std::move(field), *std::move(mapped), has_field_seal(mapped->bytes)};
+    return OpenedField{*std::move(field), std::move(mapped), has_field_seal(mapped.bytes)};
 }
 
 }  // namespace
@@ -85,22 +82,19 @@ Result<Done> write_field(const VisibilityField& field, const path& file) {
     Result<VdbFile> made = vdb_file(field);
     if (!made) return Error{where, made.error().what};
     made->bytes += field_seal(made->bytes, made->blob());
-    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
-    if (!temporary) return temporary.error();
-    if (Result<Done> written = temporary->write(made->bytes); !written) return written;
-    return temporary->replace_target(made->bytes);
+    HF_TRY(TemporaryFile temporary, TemporaryFile::beside(file));
+    HF_TRY_DONE(temporary.write(made->bytes));
+    return temporary.replace_target(made->bytes);
 }
 
 Result<VisibilityField> read_field(const path& file, Unsealed unsealed) {
-    Result<OpenedField> opened = opened_field(file, unsealed);
-    if (!opened) return opened.error();
-    return std::move(opened->field);
+    HF_TRY(OpenedField opened, opened_field(file, unsealed));
+    return std::move(opened.field);
 }
 
 Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
-    const Result<OpenedField> opened = opened_field(file, unsealed);
-    if (!opened) return opened.error();
-    const VisibilityField& field = opened->field;
+    HF_TRY(const OpenedField opened, opened_field(file, unsealed));
+    const VisibilityField& field = opened.field;
     FieldSummary summary;
     summary.entity = field.entity;
     summary.keys = field.keys;
@@ -113,16 +107,15 @@ Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
     summary.faces = field.pool.faces.size();
     summary.nodes = node_count(field.pool);
     summary.error = field.error;
-    summary.file_bytes = opened->file.bytes.size();
-    summary.sealed = opened->sealed;
+    summary.file_bytes = opened.file.bytes.size();
+    summary.sealed = opened.sealed;
     return summary;
 }
 
 Result<FieldCard> read_field_card(const path& file) {
-    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    const bool sealed = has_field_seal(mapped->bytes);
-    const Result<std::string_view> blob = plausible_blob(mapped->bytes, Unsealed::allowed);
+    HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    const bool sealed = has_field_seal(mapped.bytes);
+    const Result<std::string_view> blob = plausible_blob(mapped.bytes, Unsealed::allowed);
     if (!blob) return Error{file.string(), blob.error().what};
     const Result<BlobHead> head = blob_head(*blob);
     if (!head) return Error{file.string(), head.error().what};
@@ -133,12 +126,11 @@ Result<FieldCard> read_field_card(const path& file) {
 }
 
 Result<FieldVerdict> verify_field(const path& file, Unsealed unsealed) {
-    const Result<OpenedField> opened = opened_field(file, unsealed);
-    if (!opened) return opened.error();
-    if (!opened->sealed || !same_vdb_library(opened->file.bytes)) return FieldVerdict{opened->sealed, false};
-    const Result<VdbFile> made = vdb_file(opened->field);
+    HF_TRY(const OpenedField opened, opened_field(file, unsealed));
+    if (!opened.sealed || !same_vdb_library(opened.file.bytes)) return FieldVerdict{opened.sealed, false};
+    const Result<VdbFile> made = vdb_file(opened.field);
     if (!made) return Error{file.string(), made.error().what};
-    if (opened->file.bytes.substr(0, opened->file.bytes.size() - field_seal_size) != made->bytes)
+    if (opened.file.bytes.substr(0, opened.file.bytes.size() - field_seal_size) != made->bytes)
         return Error{file.string(), "its grids do not match its field"};
     return FieldVerdict{true, true};
 }

@@ -99,9 +99,8 @@ Result<LibraryField> library_field(const path& folder, std::string_view entity, 
     if (find_field(folder, keys, unsealed, result)) return result;
     // Held while the field is computed. Other processes that need it wait, and a folder that is not writable
     // is detected before the work.
-    const Result<std::optional<Claim>> claim =
-        Claim::on(folder / (keys_part(keys).substr(1) + claim_ending), progress);
-    if (!claim) return claim.error();
+    HF_TRY(const std::optional<Claim> claim,
+           Claim::on(folder / (keys_part(keys).substr(1) + claim_ending), progress));
     if (find_field(folder, keys, unsealed, result)) return result;  // another process made it meanwhile
     PrecomputedSamples known;
     std::optional<SampleRun> surroundings;
@@ -110,11 +109,10 @@ Result<LibraryField> library_field(const path& folder, std::string_view entity, 
         known = {{&*surroundings, 1}, other->error};
         result.surroundings_reused = true;
     }
-    Result<VisibilityField> field = make(known);
-    if (!field) return field.error();
+    HF_TRY(VisibilityField field, make(known));
     if (result.file.empty()) result.file = library_file(folder, entity, keys);
-    if (const Result<Done> written = write_field(*field, result.file); !written) return written.error();
-    result.field = *std::move(field);
+    HF_TRY_DONE(write_field(field, result.file));
+    result.field = std::move(field);
     return result;
 }
 

@@ -154,7 +154,7 @@ Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& s
                            tbb::make_filter<void, Chunk*>(filter_mode::serial_in_order, next_chunk) &
                                tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_chunk) &
                                tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
-    if (progress.stop.stop_requested()) return Error{entity, interrupted};
+    if (progress.stop.stop_requested()) return interruption(entity);
     if (pool.is_full()) return Error{entity, "more than 4 GiB of quadtree nodes"};
     run.pool = std::move(pool).finish();
     return run;
@@ -164,16 +164,14 @@ Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& s
 Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occluder,
                           std::span<const SampleRun> known, const Progress& progress) {
     FieldSampler sampler(field, occluder, known);
-    Result<SampleRun> made =
-        made_samples(field.entity, field.settings, sampler, 0, sampler.count(), progress);
-    if (!made) return made.error();
-    const std::vector<std::int32_t>& handles = made->handles;
+    HF_TRY(SampleRun made, made_samples(field.entity, field.settings, sampler, 0, sampler.count(), progress));
+    const std::vector<std::int32_t>& handles = made.handles;
     const auto local = handles.begin() + std::ptrdiff_t(sampler.local_begin()),
                spherical = local - std::ptrdiff_t(field.spherical.sample_count());
     field.planar_handles.assign(handles.begin(), spherical);
     field.spherical_handles.assign(spherical, local);
     field.local_handles.assign(local, handles.end());
-    field.pool = std::move(made->pool);
+    field.pool = std::move(made.pool);
     return Done{};
 }
 
@@ -269,12 +267,9 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     field.keys = field_keys(mesh, settings);
     set_samplers(field, mesh_bounds(mesh.fine), settings);
     const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
-    if (const Result<Done> made =
-            make_samples(field, sampled_occluder(mesh, occlusion, is_inside), known.runs, progress);
-        !made)
-        return made.error();
+    HF_TRY_DONE(make_samples(field, sampled_occluder(mesh, occlusion, is_inside), known.runs, progress));
     field.error = known.error ? *known.error : field_error(field, occlusion, progress.stop);
-    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
+    if (progress.stop.stop_requested()) return interruption(field.entity);
     return field;
 }
 
@@ -285,7 +280,7 @@ Result<VisibilityField> precompute_surroundings(std::string entity, const Occlud
     field.entity = std::move(entity);
     set_samplers(field, occluder.bounds(), settings);
     const SampledOccluder sampled{occluder, is_inside, nullptr, {}, {}, {}};
-    if (const Result<Done> made = make_samples(field, sampled, {}, progress); !made) return made.error();
+    HF_TRY_DONE(make_samples(field, sampled, {}, progress));
     return field;
 }
 

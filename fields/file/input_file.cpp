@@ -40,13 +40,13 @@ Result<InputFile> InputFile::open(const std::filesystem::path& file) {
     const std::string where = file.string();
     // Checked before opening, because opening a device can have side effects. Checked again below, because
     // another file may take the name in between.
-    if (const Result<Done> good = check_input_file(file); !good) return good.error();
+    HF_TRY_DONE(check_input_file(file));
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (descriptor < 0) return system_failure(where, errno);
     InputFile opened(descriptor);
     struct stat status {};
     if (fstat(descriptor, &status) != 0) return system_failure(where, errno);
-    if (const Result<Done> good = check_type(status, where, "a file"); !good) return good.error();
+    HF_TRY_DONE(check_type(status, where, "a file"));
     return opened;
 }
 
@@ -63,13 +63,12 @@ Result<Done> check_input_file(const std::filesystem::path& file, const std::stri
 }
 
 Result<std::string> read_whole_file(const std::filesystem::path& file, std::uint64_t most_bytes) {
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return opened.error();
+    HF_TRY(const InputFile opened, InputFile::open(file));
     // The size that the system reports is 0 for files below /proc.
     std::string bytes;
     std::array<char, 65536> piece;
     while (true) {
-        const ssize_t count = read(opened->descriptor(), piece.data(), piece.size());
+        const ssize_t count = read(opened.descriptor(), piece.data(), piece.size());
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) return system_failure(file.string(), errno);
         if (count == 0) return bytes;

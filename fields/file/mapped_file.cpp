@@ -27,9 +27,8 @@ std::uint64_t machine_memory() {
 }  // namespace
 
 Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages) {
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return opened.error();
-    return mapped_file(opened->descriptor(), file.string(), pages);
+    HF_TRY(const InputFile opened, InputFile::open(file));
+    return mapped_file(opened.descriptor(), file.string(), pages);
 }
 
 Result<MappedFile> mapped_file(int descriptor, const std::string& where, MappedPages pages) {
@@ -43,7 +42,7 @@ Result<MappedFile> mapped_file(int descriptor, const std::string& where, MappedP
     MappedFile mapped{{static_cast<const char*>(address), size},
                       {address, [size](const void* bytes) { munmap(const_cast<void*>(bytes), size); }}};
     if (pages == MappedPages::as_read) return mapped;
-    if (const Result<Done> loaded = load_pages(mapped, where); !loaded) return loaded.error();
+    HF_TRY_DONE(load_pages(mapped, where));
     return mapped;
 }
 

@@ -70,13 +70,12 @@ std::string section_file(const std::vector<Section>& sections) {
 }
 
 Result<std::vector<Section>> read_section_file(const std::filesystem::path& file) {
-    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    std::string_view bytes = mapped->bytes;
+    HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    std::string_view bytes = mapped.bytes;
     const auto refusal = [&](const char* reason) { return Error{file.string(), reason}; };
     if (bytes.size() < head_size + hash_size || !bytes.starts_with(magic))
         return refusal("is cut short, or not a file of task results");
-    if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
+    HF_TRY_DONE(load_pages(mapped, file.string()));
     std::string_view end = bytes.substr(bytes.size() - hash_size);
     bytes.remove_suffix(hash_size);
     if (taken<std::array<std::uint64_t, 2>>(end) != hash_of(bytes))
@@ -94,9 +93,8 @@ Result<std::vector<Section>> read_section_file(const std::filesystem::path& file
 }
 
 Result<Section> read_first_section(const std::filesystem::path& file) {
-    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-    if (!mapped) return mapped.error();
-    std::string_view bytes = mapped->bytes;
+    HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    std::string_view bytes = mapped.bytes;
     if (bytes.size() < head_size || !bytes.starts_with(magic))
         return Error{file.string(), "is cut short, or not a file of task results"};
     bytes.remove_prefix(magic.size() + sizeof version);

@@ -54,13 +54,12 @@ bool is_old(const path& file) {
 }  // namespace
 
 Result<TemporaryFile> TemporaryFile::beside(const path& target) {
-    const Result<OutputTarget> output = output_target(target);
-    if (!output) return output.error();
-    if (output->is_stream) return Error{target.string(), "is a device or a pipe; expected a file"};
-    const path file = temporary_path(output->file);
+    HF_TRY(const OutputTarget output, output_target(target));
+    if (output.is_stream) return Error{target.string(), "is a device or a pipe; expected a file"};
+    const path file = temporary_path(output.file);
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor < 0) return system_error(target, "create a file next to it", errno);
-    return TemporaryFile(output->file, file, descriptor);
+    return TemporaryFile(output.file, file, descriptor);
 }
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
@@ -94,11 +93,10 @@ Result<Done> TemporaryFile::take_place() {
 Result<Done> TemporaryFile::replace_target(std::string_view bytes) {
     if (fsync(descriptor_) != 0) return system_error(target_, "flush it to disk", errno);
     {
-        const Result<MappedFile> written = mapped_file(file_);
-        if (!written) return written.error();
-        if (written->bytes != bytes) return Error{target_.string(), "reads back differently than written"};
+        HF_TRY(const MappedFile written, mapped_file(file_));
+        if (written.bytes != bytes) return Error{target_.string(), "reads back differently than written"};
     }
-    if (Result<Done> placed = take_place(); !placed) return placed;
+    HF_TRY_DONE(take_place());
     // The file is complete and in place. Flushing the folder's entry is best effort, because some file
     // systems do not support it.
     const path folder = target_.has_parent_path() ? target_.parent_path() : ".";

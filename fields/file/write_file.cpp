@@ -6,13 +6,11 @@
 namespace haarfield {
 
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes) {
-    const Result<OutputTarget> target = output_target(file);
-    if (!target) return target.error();
-    if (target->is_stream) return write_stream(*target, bytes);
-    Result<TemporaryFile> temporary = TemporaryFile::beside(target->file);
-    if (!temporary) return temporary.error();
-    if (Result<Done> written = temporary->write(bytes); !written) return written;
-    return temporary->take_place();
+    HF_TRY(const OutputTarget target, output_target(file));
+    if (target.is_stream) return write_stream(target, bytes);
+    HF_TRY(TemporaryFile temporary, TemporaryFile::beside(target.file));
+    HF_TRY_DONE(temporary.write(bytes));
+    return temporary.take_place();
 }
 
 Result<Done> make_folder(const std::filesystem::path& folder) {

@@ -354,10 +354,9 @@ constexpr std::string_view task_name = "model 2";  // incremented whenever write
 /// details: the number of the format, then the file's path.
 Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
     if (details.empty()) return Error{"", "no format"};
-    const Result<ModelContent> content =
-        assimp_content(bytes, details.substr(1), static_cast<ModelFormat>(details[0]));
-    if (!content) return content.error();
-    write_content(*content, answer);
+    HF_TRY(const ModelContent content,
+           assimp_content(bytes, details.substr(1), static_cast<ModelFormat>(details[0])));
+    write_content(content, answer);
     return Done{};
 }
 
@@ -373,13 +372,12 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
                                     ModelFormat format) {
     if (format != ModelFormat::gltf && format != ModelFormat::glb)
         return imported_content(bytes, file, format);
-    const Result<GltfDepth> depth = check_gltf(bytes, format == ModelFormat::glb);
-    if (!depth) return depth.error();
+    HF_TRY(const GltfDepth depth, check_gltf(bytes, format == ModelFormat::glb));
     // assimp 5.2 reads, converts and deletes nodes recursively, with 480 bytes of stack per level (measured).
     constexpr std::size_t ordinary_depth = 256, stack = std::size_t{8} << 20, stack_per_level = 2048;
-    if (depth->nodes <= ordinary_depth) return imported_content(bytes, file, format);
+    if (depth.nodes <= ordinary_depth) return imported_content(bytes, file, format);
     Result<ModelContent> content = Error{};
-    call_with_stack(stack + stack_per_level * depth->nodes,
+    call_with_stack(stack + stack_per_level * depth.nodes,
                     [&] { content = imported_content(bytes, file, format); });
     return content;
 }
@@ -389,9 +387,8 @@ Result<ModelContent> guarded_content(std::string_view bytes, const std::filesyst
     std::error_code code;
     const std::filesystem::path whole = std::filesystem::absolute(file, code);
     if (code) return Error{"", code.message()};
-    const Result<bool> apart = reads_apart();
-    if (!apart) return apart.error();
-    if (!*apart) {
+    HF_TRY(const bool apart, reads_apart());
+    if (!apart) {
         try {
             return assimp_content(bytes, whole, format);
         } catch (const std::exception& error) {  // assimp throws for some damaged files
@@ -400,10 +397,9 @@ Result<ModelContent> guarded_content(std::string_view bytes, const std::filesyst
     }
     constexpr double memory_per_byte = 60;
     const std::string details = static_cast<char>(format) + whole.string();
-    const Result<MappedFile> answer =
-        read_apart(task_name, bytes, details, reader_limits(bytes.size(), memory_per_byte), "");
-    if (!answer) return answer.error();
-    return content_from(answer->bytes);
+    HF_TRY(const MappedFile answer,
+           read_apart(task_name, bytes, details, reader_limits(bytes.size(), memory_per_byte), ""));
+    return content_from(answer.bytes);
 }
 
 ReaderTask model_reader_task() {

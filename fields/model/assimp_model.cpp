@@ -160,10 +160,9 @@ struct AssimpModel::Content {
 
 Result<AssimpModel> AssimpModel::from(std::string_view bytes, const std::filesystem::path& file,
                                       ModelFormat format) {
-    Result<ModelContent> read = guarded_content(bytes, file, format);
-    if (!read) return read.error();
+    HF_TRY(ModelContent read, guarded_content(bytes, file, format));
     const auto content = std::make_shared<Content>();
-    content->model = std::move(*read);
+    content->model = std::move(read);
     for (ContentMaterial& material : content->model.materials)
         for (MeshImage* image : {&material.description.image, &material.description.surface_map,
                                  &material.description.opacity_map})

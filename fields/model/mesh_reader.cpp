@@ -150,22 +150,20 @@ float extent(const Mesh& mesh) {
 }  // namespace
 
 Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshReaderOptions& options) {
-    const Result<ModelFile> model = ModelFile::open(file);
-    if (!model) return model.error();
-    return read_mesh(*model, {}, options);
+    HF_TRY(const ModelFile model, ModelFile::open(file));
+    return read_mesh(model, {}, options);
 }
 
 Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t> part,
                                const MeshReaderOptions& options) {
-    Result<FaceGatherer> gathered = model.faces(part);
-    if (!gathered) return gathered.error();
+    HF_TRY(FaceGatherer gathered, model.faces(part));
     const std::string where = model.file().string();
     try {
-        leave_out_bad_triangles(gathered->mesh, gathered->findings);
-        leave_out_unused_materials(*gathered);
-        ImportedMesh imported{std::move(gathered->mesh),         gathered->findings,
-                              std::move(gathered->descriptions), std::move(gathered->mapped),
-                              std::move(gathered->coloured),     std::move(gathered->unused)};
+        leave_out_bad_triangles(gathered.mesh, gathered.findings);
+        leave_out_unused_materials(gathered);
+        ImportedMesh imported{std::move(gathered.mesh),         gathered.findings,
+                              std::move(gathered.descriptions), std::move(gathered.mapped),
+                              std::move(gathered.coloured),     std::move(gathered.unused)};
         if (imported.mesh.triangles.empty()) {
             const std::string found = imported.findings.summary();
             return Error{where, (part ? fmt::format("its part \"{}\" ", model.parts().names[*part]) : "") +

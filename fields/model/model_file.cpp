@@ -186,34 +186,33 @@ ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_p
 }  // namespace
 
 Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
-    if (const Result<Done> good = check_input_file(file, "a mesh"); !good) return good.error();
+    HF_TRY_DONE(check_input_file(file, "a mesh"));
     const auto unreadable = [&](const std::string& what) {
         return Error{file.string(), "not a mesh that can be read: " + what};
     };
     ModelFile model;
     model.file_ = file;
     try {
-        const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
-        if (!mapped) return mapped.error();
-        const std::optional<ModelFormat> format = model_format(mapped->bytes, lower_ending(file));
+        HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+        const std::optional<ModelFormat> format = model_format(mapped.bytes, lower_ending(file));
         if (!format) return unreadable(fmt::format("found no supported format; expected {}", model_formats));
-        if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
+        HF_TRY_DONE(load_pages(mapped, file.string()));
         if (*format == ModelFormat::mesh2) {
-            Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
+            Result<Mesh2File> meshes = read_mesh2(mapped.bytes);
             if (!meshes) return unreadable(meshes.error().what);
             model.parts_ = parts_of(*meshes, model.placed_of_part_);
             model.content_ = std::move(*meshes);
             return model;
         }
         if (*format != ModelFormat::ply && *format != ModelFormat::off) {
-            Result<AssimpModel> read = AssimpModel::from(mapped->bytes, file, *format);
+            Result<AssimpModel> read = AssimpModel::from(mapped.bytes, file, *format);
             if (!read) return unreadable(read.error().what);
             model.parts_ = read->parts();
             model.content_ = std::move(*read);
             return model;
         }
         Result<PolygonFile> polygons =
-            *format == ModelFormat::ply ? read_ply(mapped->bytes) : read_off(mapped->bytes);
+            *format == ModelFormat::ply ? read_ply(mapped.bytes) : read_off(mapped.bytes);
         if (!polygons) return unreadable(polygons.error().what);
         model.parts_.names = {file.stem().string()};
         model.parts_.nodes = {{model.parts_.names[0], 0}};

@@ -243,12 +243,11 @@ void add_face(PolygonFile& file, const std::vector<double>& corners) {
 }  // namespace
 
 Result<PolygonFile> read_ply(std::string_view bytes) {
-    const Result<PlyHeader> header = read_ply_header(bytes);
-    if (!header) return header.error();
-    PlyNumbers numbers(bytes, header->form);
+    HF_TRY(const PlyHeader header, read_ply_header(bytes));
+    PlyNumbers numbers(bytes, header.form);
     PolygonFile file;
     std::vector<double> corners;
-    for (const PlyElement& element : header->elements) {
+    for (const PlyElement& element : header.elements) {
         if (element.properties.empty()) continue;
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
         const bool has_normals = std::any_of(element.properties.begin(), element.properties.end(),

@@ -420,7 +420,7 @@ Mesh visible_surface(const PreparedMesh& prepared) {
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
                                   const Progress& progress) {
     constexpr std::size_t most_triangles_for_self_intersection = 200000, most_cut_triangles = 100000;
-    const Error stopped{"", interrupted};
+    const Error stopped = interruption();
     if (imported.mesh.triangles.empty()) return Error{"", "the mesh has no triangles"};
 
     PreparedMesh prepared;

@@ -33,11 +33,10 @@ Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& 
                                const RenderSettings& settings, const Progress& progress,
                                const BounceRays* before) {
     const std::shared_ptr<const FineSurface> surface = placed_surface(scene, before);
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    Result<LightTransport> transport =
-        LightTransport::make(scene, geometry, *surface, settings.bounces.directions, progress);
-    if (!transport) return transport.error();
-    return BounceRays{surface, std::move(*transport)};
+    if (progress.stop.stop_requested()) return interruption();
+    HF_TRY(LightTransport transport,
+           LightTransport::make(scene, geometry, *surface, settings.bounces.directions, progress));
+    return BounceRays{surface, std::move(transport)};
 }
 
 std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse) {
@@ -59,10 +58,8 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
     LightTransport transport = rays.transport;
     Result<BouncedLight> bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
     if (!bounced) return bounced.error();
-    if (const Result<Done> refined = transport.refine(direct.scene, direct.geometry, *rays.surface,
-                                                      bounced->radiance, reflectances, progress);
-        !refined)
-        return refined.error();
+    HF_TRY_DONE(transport.refine(direct.scene, direct.geometry, *rays.surface, bounced->radiance,
+                                 reflectances, progress));
     bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
     if (!bounced) return bounced.error();
     return indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
@@ -70,15 +67,13 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
 
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
                                            const Progress& progress) {
-    const Result<BounceRays> rays = bounce_rays(direct.scene, direct.geometry, direct.settings, progress);
-    if (!rays) return rays.error();
-    return scene_indirect_light(direct, radiance, *rays, progress);
+    HF_TRY(const BounceRays rays, bounce_rays(direct.scene, direct.geometry, direct.settings, progress));
+    return scene_indirect_light(direct, radiance, rays, progress);
 }
 
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress) {
-    const Result<SceneRadiance> radiance = scene_radiance(direct, progress);
-    if (!radiance) return radiance.error();
-    return scene_indirect_light(direct, *radiance, progress);
+    HF_TRY(const SceneRadiance radiance, scene_radiance(direct, progress));
+    return scene_indirect_light(direct, radiance, progress);
 }
 
 Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
@@ -92,13 +87,10 @@ Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional
         fill(*radiance);
         return radiance;
     }
-    Result<IndirectLight> found = scene_indirect_light(direct, *radiance, progress);
-    if (!found) return found.error();
-    indirect = std::move(*found);
+    HF_TRY(indirect, scene_indirect_light(direct, *radiance, progress));
     PointShading lit = direct;
     lit.indirect = &*indirect;
-    if (const Result<Done> added = add_indirect_radiance(lit, *radiance, progress); !added)
-        return added.error();
+    HF_TRY_DONE(add_indirect_radiance(lit, *radiance, progress));
     fill(*radiance);
     return radiance;
 }
@@ -108,7 +100,7 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
                                                 const Progress& progress) {
     assert(shading.indirect);
     std::vector<Outgoing> result(points.size());
-    const Result<Done> done = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {points.size(), 64},
         [&]() -> LoopBody {
             return [&](std::size_t k) {
@@ -117,8 +109,7 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
                                      shading.indirect->irradiance_at(shading.scene, instance, point));
             };
         },
-        "indirect light", progress);
-    if (!done) return done.error();
+        "indirect light", progress));
     return result;
 }
 
@@ -126,7 +117,7 @@ Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& r
                                    const Progress& progress) {
     assert(shading.indirect);
     const ShadedScene& scene = shading.scene;
-    const Result<Done> done = visit_vertices(
+    HF_TRY_DONE(visit_vertices(
         scene, shading.geometry.orders(),
         [&]() -> VertexVisitor {
             return [&](std::size_t instance, std::uint32_t vertex) {
@@ -136,8 +127,7 @@ Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& r
                              shading.indirect->irradiance[instance][vertex]);
             };
         },
-        "indirect light", progress);
-    if (!done) return done.error();
+        "indirect light", progress));
     for (std::size_t i = 0; i < radiance.size(); ++i)
         shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     return Done{};

@@ -99,10 +99,9 @@ Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> me
         for (const auto& middle : middles.back())
             if (middle) points.push_back({i, *middle});
     }
-    const Result<std::vector<Outgoing>> radiance = point_radiance(shading, points, progress);
-    if (!radiance) return radiance.error();
+    HF_TRY(const std::vector<Outgoing> radiance, point_radiance(shading, points, progress));
     std::vector<std::vector<std::optional<Outgoing>>> values;
-    auto next = radiance->begin();
+    auto next = radiance.begin();
     for (const auto& of_mesh : middles) {
         values.emplace_back(of_mesh.size());
         for (std::size_t t = 0; t < of_mesh.size(); ++t)

@@ -50,11 +50,10 @@ Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const Em
 
 Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
                                     const std::stop_token& stop) {
-    Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, stop);
-    if (!occluders) return occluders.error();
+    HF_TRY(InstanceOccluders occluders, InstanceOccluders::make(scene, nullptr, stop));
     DenseScene made{scene,
                     DenseLight(scene.environment, face_size, rule),
-                    std::move(*occluders),
+                    std::move(occluders),
                     {},
                     placed_lamps(scene.lamps),
                     scene_emitters(scene)};
@@ -98,14 +97,13 @@ Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, 
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                            const Progress& progress, const PointSharing* sharing) {
-    const Result<DenseScene> dense =
-        DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
-    if (!dense) return dense.error();
+    HF_TRY(const DenseScene dense,
+           DenseScene::make(scene, settings.face_size, settings.sources, progress.stop));
     return evaluated_vertices(
         scene,
         [&]() -> VertexEvaluation {
-            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
-                                                                       std::uint32_t vertex) {
+            return [&, shader = std::make_shared<DenseShader>(dense)](std::size_t instance,
+                                                                      std::uint32_t vertex) {
                 const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
                 return shader->radiance(instance, surface_point(entity, vertex));
             };

@@ -113,14 +113,13 @@ constexpr std::uint32_t most_paths = 65536;
 Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context, ErrorBudget& budget,
                          const Progress& progress) {
     const PointShading direct{scene, context.geometry, context.baked_light, context.settings};
-    const Result<IndirectLight> indirect = scene_indirect_light(direct, progress);
-    if (!indirect) return indirect.error();
-    const PathTracer tracer(scene, *indirect->surface, context.geometry.rays, context.settings.sources);
+    HF_TRY(const IndirectLight indirect, scene_indirect_light(direct, progress));
+    const PathTracer tracer(scene, *indirect.surface, context.geometry.rays, context.settings.sources);
     struct Bounced {
         Rgb found{0.0f}, exact{0.0f}, deviation{0.0f};
     };
     std::vector<Bounced> bounced(budget.vertices.size());
-    const Result<Done> traced = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {bounced.size()},
         [&]() -> LoopBody {
             return [&](std::size_t k) {
@@ -133,12 +132,11 @@ Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context,
                     tracer.indirect_irradiance(instance.placement.point_to_world(point.sample),
                                                instance.placement.direction_to_world(point.normal),
                                                path_certainty, most_paths, static_cast<std::uint32_t>(k));
-                bounced[k] = {diffuse * indirect->irradiance[at.instance][at.vertex],
+                bounced[k] = {diffuse * indirect.irradiance[at.instance][at.vertex],
                               diffuse * truth.irradiance, diffuse * truth.deviation};
             };
         },
-        "paths", progress);
-    if (!traced) return traced.error();
+        "paths", progress));
     ErrorSum errors, without, all;
     double noise = 0, energy = 0;
     for (std::size_t k = 0; k < bounced.size(); ++k) {
@@ -164,7 +162,7 @@ Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context,
         "bounces",
         fmt::format(
             "{} bounces, {} directions per vertex, compared with path tracing, whose error is {:.2f} %",
-            indirect->bounces, context.settings.bounces.directions,
+            indirect.bounces, context.settings.bounces.directions,
             energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
         points));
     budget.entries.push_back(
@@ -177,29 +175,25 @@ Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context,
 Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
                                  const RenderSettings& settings, std::size_t vertices,
                                  const Progress& progress) {
-    const Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
-    if (!geometry) return geometry.error();
-    const OracleContext context(scene, originals, settings, *geometry);
+    HF_TRY(const ShadingGeometry geometry, shading_geometry(scene, settings, progress));
+    const OracleContext context(scene, originals, settings, geometry);
     ErrorBudget budget;
     budget.vertices = random_vertices(scene, vertices);
     std::vector<OracleRadiances> radiances(budget.vertices.size());
-    const Result<Done> measured = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {radiances.size()},
         [&]() -> LoopBody {
             return [&, shade = std::make_shared<VertexOracles>(context)](std::size_t k) {
                 radiances[k] = (*shade)(budget.vertices[k].instance, budget.vertices[k].vertex);
             };
         },
-        "error budget", progress);
-    if (!measured) return measured.error();
+        "error budget", progress));
     budget.entries = budget_entries(radiances, context);
     for (std::size_t k = 0; k < radiances.size(); ++k) {
         budget.vertices[k].exact = radiances[k].finest;
         budget.vertices[k].baked = budget.vertices[k].direct = radiances[k].baked;
     }
-    if (settings.bounces.most > 0)
-        if (const Result<Done> added = add_bounces(scene, context, budget, progress); !added)
-            return added.error();
+    if (settings.bounces.most > 0) HF_TRY_DONE(add_bounces(scene, context, budget, progress));
     std::ranges::stable_sort(budget.vertices, std::greater(), [](const BudgetVertex& v) {
         const Vec3f error = v.baked - v.exact;
         return error.length2();
@@ -218,15 +212,14 @@ Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const Bud
                                    std::uint32_t samples, const Progress& progress) {
     const RayScene rays(scene);
     std::vector<RayEstimate> estimates(vertices.size());
-    const Result<Done> traced = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {vertices.size()},
         [&]() -> LoopBody {
             return [&](std::size_t k) {
                 estimates[k] = ray_estimate(rays, vertices[k].instance, vertices[k].vertex, samples);
             };
         },
-        "rays", progress);
-    if (!traced) return traced.error();
+        "rays", progress));
     ErrorSum errors;
     double noise = 0, energy = 0;
     for (std::size_t k = 0; k < vertices.size(); ++k) {
@@ -244,18 +237,17 @@ Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const Bud
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress) {
-    const Result<DenseScene> dense =
-        DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
-    if (!dense) return dense.error();
+    HF_TRY(const DenseScene dense,
+           DenseScene::make(scene, settings.face_size, settings.sources, progress.stop));
     struct Radiances {
         Rgb interpolated{0.0f}, exact{0.0f};
         bool counts = false;
     };
     std::vector<Radiances> radiances(points.size());
-    const Result<Done> measured = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {points.size()},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t k) {
+            return [&, shader = std::make_shared<DenseShader>(dense)](std::size_t k) {
                 const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
                 const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
                 if (!point) return;
@@ -270,8 +262,7 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
                 radiances[k].counts = true;
             };
         },
-        "interpolation error", progress);
-    if (!measured) return measured.error();
+        "interpolation error", progress));
     ErrorSum errors;
     std::size_t counted = 0;
     for (const Radiances& r : radiances)

@@ -71,11 +71,11 @@ public:
     Result<Refinement> operator()(std::vector<RadiantMesh> start) {
         begin(std::move(start));
         for (bool is_done = false; !is_done;) {
-            if (const Result<Done> shaded = shade_middles(new_candidates()); !shaded) return shaded.error();
+            HF_TRY_DONE(shade_middles(new_candidates()));
             const std::vector<InstanceEdge> splits = best_splits();
             is_done = splits.empty();
             // Shades the longer edges that must be split before the chosen ones.
-            if (const Result<Done> shaded = shade_middles(unshaded(splits)); !shaded) return shaded.error();
+            HF_TRY_DONE(shade_middles(unshaded(splits)));
             split(splits);
             fill_buried();
             if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
@@ -173,9 +173,8 @@ private:
         for (std::size_t n = 0; n < edges.size(); ++n)
             for (const SideMiddle& side : middles[n])
                 if (side.point) points.push_back({edges[n].instance, *side.point});
-        const Result<std::vector<Outgoing>> radiance = shaded(points);
-        if (!radiance) return radiance.error();
-        auto next = radiance->begin();
+        HF_TRY(const std::vector<Outgoing> radiance, shaded(points));
+        auto next = radiance.begin();
         for (std::size_t n = 0; n < edges.size(); ++n) {
             Middle& middle = instances_[edges[n].instance].middles[edges[n].edge];
             middle.error = 0;

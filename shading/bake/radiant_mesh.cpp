@@ -44,10 +44,9 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
                                meshes[e].vertex_materials[v]}});
         }
     }
-    const Result<std::vector<Outgoing>> radiance = point_radiance(shading, points, progress);
-    if (!radiance) return radiance.error();
+    HF_TRY(const std::vector<Outgoing> radiance, point_radiance(shading, points, progress));
 
-    auto next = radiance->begin();
+    auto next = radiance.begin();
     for (std::size_t i = 0; i < result.size(); ++i) {
         RadiantMesh& shaded = result[i];
         for (const std::uint32_t v : orders[shading.scene.instances[i].entity])
@@ -84,9 +83,8 @@ Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const Sa
             vertices.push_back(v);
         }
     }
-    const Result<std::vector<Outgoing>> radiance = radiance_of(points);
-    if (!radiance) return radiance.error();
-    for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = (*radiance)[k];
+    HF_TRY(const std::vector<Outgoing> radiance, radiance_of(points));
+    for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = radiance[k];
     for (std::size_t i = 0; i < meshes.size(); ++i) BuriedFill(*meshes[i].mesh, buried[i])(result[i]);
     return result;
 }

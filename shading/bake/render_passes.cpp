@@ -29,7 +29,7 @@ Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<con
     std::vector<RadiantMesh> fitted;
     for (std::size_t i = 0; i < meshes.size(); ++i)
         fitted.push_back({*meshes[i].mesh, std::move(start[i]), {}});
-    if (const Result<Done> done = fit_radiance(shading, fitted, progress); !done) return done.error();
+    HF_TRY_DONE(fit_radiance(shading, fitted, progress));
     for (std::size_t i = 0; i < meshes.size(); ++i) start[i] = std::move(fitted[i].radiance);
     return start;
 }
@@ -90,9 +90,7 @@ Result<SceneRadiance> radiance_only(const PassShading& bake, const Progress& pro
             if (scene.instances[i].entity != e) continue;
             alone.instances = {{0, scene.instances[i].placement}};
             if (!geometry) {
-                Result<ShadingGeometry> made = shading_geometry(alone, settings, progress);
-                if (!made) return made.error();
-                geometry = std::move(*made);
+                HF_TRY(geometry, shading_geometry(alone, settings, progress));
             } else if (const Result<Done> placed = place_instances(alone, *geometry, progress); !placed) {
                 return placed.error();
             }
@@ -118,8 +116,7 @@ Result<SceneRadiance> radiance_by_bounces(const PassShading& bake,
         SceneRadiance black;
         for (const std::span<const Outgoing> values : full) black.emplace_back(values.size());
         if (!bake.shading.indirect) return black;
-        if (const Result<Done> added = add_indirect_radiance(bake.shading, black, progress); !added)
-            return added.error();
+        HF_TRY_DONE(add_indirect_radiance(bake.shading, black, progress));
         return black;
     }
     const PointRadiance indirect_alone = [&](std::span<const InstancePoint> points) {
@@ -175,9 +172,8 @@ Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
     assert((!bake.dense && bake.ray_samples == 0) || bake.meshes.empty());
     std::vector<SceneRadiance> result;
     for (const RenderPass pass : passes) {
-        Result<SceneRadiance> made = pass_of(bake, full, pass, progress);
-        if (!made) return made.error();
-        result.push_back(std::move(*made));
+        HF_TRY(SceneRadiance made, pass_of(bake, full, pass, progress));
+        result.push_back(std::move(made));
     }
     return result;
 }

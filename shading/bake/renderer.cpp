@@ -133,8 +133,7 @@ Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress
             },
             "shading", progress);
     };
-    if (const Result<Done> shaded = share_vertices(shading.sharing, scene, orders, radiance, shade); !shaded)
-        return shaded.error();
+    HF_TRY_DONE(share_vertices(shading.sharing, scene, orders, radiance, shade));
     if (is_partial(shading.sharing)) return radiance;
     for (std::size_t i = 0; i < radiance.size(); ++i)
         shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
@@ -143,11 +142,10 @@ Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress
 
 Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                      const Progress& progress) {
-    Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
-    if (!geometry) return geometry.error();
+    HF_TRY(ShadingGeometry geometry, shading_geometry(scene, settings, progress));
     const SceneLight light = scene_light(scene, settings, progress.stop);
     std::optional<IndirectLight> indirect;
-    return bounced_radiance({scene, *geometry, light, settings}, indirect, progress);
+    return bounced_radiance({scene, geometry, light, settings}, indirect, progress);
 }
 
 Result<std::vector<Outgoing>> point_radiance(const PointShading& shading,
@@ -173,8 +171,7 @@ Result<std::vector<Outgoing>> point_radiance(const PointShading& shading,
             },
             "shading", counted_by(run, last_point - first_point, progress));
     };
-    if (const Result<Done> shaded = share_points(shading.sharing, radiance, shade); !shaded)
-        return shaded.error();
+    HF_TRY_DONE(share_points(shading.sharing, radiance, shade));
     return radiance;
 }
 

@@ -26,8 +26,7 @@ Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
             },
             "shading", progress);
     };
-    if (const Result<Done> shaded = share_vertices(sharing, scene, order_spans, radiance, shade); !shaded)
-        return shaded.error();
+    HF_TRY_DONE(share_vertices(sharing, scene, order_spans, radiance, shade));
     if (is_partial(sharing)) return radiance;
     const PlacedSolids solids(scene);
     for (std::size_t i = 0; i < radiance.size(); ++i) {

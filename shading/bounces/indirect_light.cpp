@@ -56,7 +56,7 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
     std::vector<Shares> shares((last.size() + run - 1) / run);
     double before = 1, factor = 0;
     while (result.bounces < settings.most) {
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        if (progress.stop.stop_requested()) return interruption();
         arriving = transport.irradiance(last);
         // Contributions are relative to the radiance of the row, so that a dark room has the same weight as
         // the sunny street in front of it.

@@ -170,18 +170,16 @@ Result<LightTransport> LightTransport::make(const ShadedScene& scene, const Shad
     made.directions_.assign(rows, 0);
     made.blocks_.resize((rows + block_rows - 1) / block_rows);
     const std::vector<std::uint16_t> all(rows, static_cast<std::uint16_t>(directions));
-    if (const Result<Done> shot = made.shoot(scene, geometry, surface, all, progress); !shot)
-        return shot.error();
+    HF_TRY_DONE(made.shoot(scene, geometry, surface, all, progress));
     made.neighbours_.resize(scene.entities.size());
-    const Result<Done> joined = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {scene.entities.size()},
         [&]() -> LoopBody {
             return [&](std::size_t e) {
                 made.neighbours_[e] = neighbours(scene.entities[e], geometry.entities[e].order);
             };
         },
-        "neighbours", progress);
-    if (!joined) return joined.error();
+        "neighbours", progress));
     const VertexRows numbers(scene, geometry);
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         made.runs_.push_back({numbers.first(i), scene.instances[i].entity,

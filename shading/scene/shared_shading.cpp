@@ -41,7 +41,7 @@ Result<Done> share_points(const PointSharing* sharing, std::span<Outgoing> radia
     if (!sharing) return shade(0, radiance.size());
     return sharing->run({radiance.size(),
                          [&](std::size_t begin, std::size_t end) -> Result<std::vector<Outgoing>> {
-                             if (Result<Done> shaded = shade(begin, end); !shaded) return shaded.error();
+                             HF_TRY_DONE(shade(begin, end));
                              const std::span<const Outgoing> made = radiance.subspan(begin, end - begin);
                              return std::vector<Outgoing>(made.begin(), made.end());
                          },
@@ -72,7 +72,7 @@ Result<Done> share_vertices(const PointSharing* sharing, const ShadedScene& scen
                  wanted[instance].resize(radiance[instance].size(), 0);
                  for (const std::uint32_t vertex : vertices) wanted[instance][vertex] = 1;
              });
-             if (Result<Done> shaded = shade(&wanted); !shaded) return shaded.error();
+             HF_TRY_DONE(shade(&wanted));
              std::vector<Outgoing> made;
              made.reserve(end - begin);
              numbers.visit(begin, end, [&](std::size_t instance, std::span<const std::uint32_t> vertices) {

@@ -76,7 +76,7 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
         emitters = tree.empty() ? SceneRadiance() : black_vertices(scene);
     }
     if (!missing.empty() || !tree.empty()) {
-        const Result<Done> visited = visit_vertex_runs(
+        HF_TRY_DONE(visit_vertex_runs(
             scene, geometry.orders(),
             [&]() -> VertexRunVisitor {
                 return [&, receivers = std::vector<SourceReceiver>(), found = std::vector<Outgoing>()](
@@ -97,8 +97,7 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
                     store(*emitters);
                 };
             },
-            "lamps", progress);
-        if (!visited) return visited.error();
+            "lamps", progress));
     }
     const auto fill = [&](SceneRadiance& radiance) {
         for (std::size_t i = 0; i < radiance.size(); ++i)

@@ -186,15 +186,12 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     // Darkness says nothing about subsequent light.
     if (std::ranges::all_of(spectrum, [](float amplitude) { return amplitude == 0; })) spectrum.fill(1);
     const LightContext context{scene, geometry, settings, result, spectrum, double(transfer.pruning_error)};
-    const Result<Done> made = make_rows(
+    HF_TRY_DONE(make_rows(
         rows, result.block_rows(),
         [&] { return result.terms == 3 ? block_maker<3>(context, result) : block_maker<2>(context, result); },
-        progress);
-    if (!made) return made.error();
+        progress));
     result.spectrum = transfer_spectrum(result, settings.face_size);
-    Result<SourceRows> sources = SourceRows::make(scene, geometry, progress);
-    if (!sources) return sources.error();
-    result.sources = std::move(*sources);
+    HF_TRY(result.sources, SourceRows::make(scene, geometry, progress));
     return result;
 }
 
@@ -234,7 +231,7 @@ Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, c
             radiance[row] = sum;
         }
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     return transfer.sources.add(rays, lights, quality, radiance,
                                 diffuse ? std::span(*diffuse) : std::span<Rgb>(), progress);
 }
@@ -244,9 +241,7 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
                          std::span<const DirectionalLight> lights, FrameQuality quality,
                          SceneColours& radiance, const Progress& progress) {
     std::vector<Rgb> by_row;
-    const Result<Done> shaded =
-        shade_rows(transfer, geometry.rays, light, lights, quality, by_row, nullptr, progress);
-    if (!shaded) return shaded;
+    HF_TRY_DONE(shade_rows(transfer, geometry.rays, light, lights, quality, by_row, nullptr, progress));
     store_radiance(scene, geometry, by_row, radiance);
     return Done{};
 }

@@ -176,7 +176,7 @@ Result<LobeShapes> lobe_shapes(std::span<const float> exponents, int face_size, 
         sum.add(haar_cubemap<float>(texels, face_size, {0, error}), 1);
         for (const std::uint32_t index : sum.indices()) result.lobes[i].emplace_back(index, sum[index]);
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     SpectrumEnergies energies{};
     const BlockNumbers numbers(face_size);
     for (const LobeShapes::Coefficients& lobe : result.lobes)
@@ -206,7 +206,7 @@ Result<LobeVectors> lobe_vectors(const LobeShapes& shapes, const CoefficientSpec
         first_lobes[i] = pruned(shapes.lobes[i], numbers, factor, error);
     });
 
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     std::map<Symmetry, std::vector<Image>> images_by_symmetry;
     const auto grid_direction = [&](int face, int row, int column) {
         return cubemap_direction<Vec3d>(face, grid_coordinate(column, result.steps),
@@ -235,7 +235,7 @@ Result<LobeVectors> lobe_vectors(const LobeShapes& shapes, const CoefficientSpec
             result.lobes.blocks[b].append(sum);
         }
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     return result;
 }
 

@@ -62,7 +62,7 @@ Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const Shad
     const std::size_t instance = transfer.instance;
     const std::vector<std::uint32_t>& order = geometry.entities[scene.instances[instance].entity].order;
     std::vector<Rgb> radiance(order.size(), Rgb(0.0f));
-    const Result<Done> shaded = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {order.size(), 64},
         [&]() -> LoopBody {
             return [&, vertex = std::make_shared<VertexTransfer>(scene, geometry, settings)](std::size_t i) {
@@ -71,8 +71,7 @@ Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const Shad
                 radiance[v] = without_negative(vertex->radiance(transfer.light, settings.depth));
             };
         },
-        "moving instance", {{}, progress.stop});
-    if (!shaded) return shaded.error();
+        "moving instance", {{}, progress.stop}));
     return radiance;
 }
 
@@ -141,13 +140,12 @@ struct MovingOcclusion {
 /// Computes the occlusion by a field, and copies its samplers.
 Result<MovingOcclusion> sampled_occlusion(const VisibilityField& field, const WideVisibility& visibility,
                                           double error, const Progress& progress) {
-    Result<SparseVectorBlocks> occlusions = occlusion_vectors(field, visibility, error, progress);
-    if (!occlusions) return occlusions.error();
+    HF_TRY(SparseVectorBlocks occlusions, occlusion_vectors(field, visibility, error, progress));
     VisibilityField around;
     around.bounds = field.bounds;
     around.planar = field.planar;
     around.spherical = field.spherical;
-    return MovingOcclusion{std::move(around), std::move(*occlusions)};
+    return MovingOcclusion{std::move(around), std::move(occlusions)};
 }
 
 Result<MovingOcclusion> moving_occlusion(const ShadedScene& scene, const ShadingGeometry& geometry,
@@ -164,13 +162,13 @@ Result<MovingOcclusion> moving_occlusion(const ShadedScene& scene, const Shading
         wanted.spherical_samples = FieldSettings().spherical_samples;
     }
     const InsideTest& is_inside = scene.entities[entity].occlusion->in_original();
-    const Result<VisibilityField> field = precompute_surroundings(
-        own.entity, geometry.occluders[instance].coarse(),
-        [&](const Vec3f& point) { return is_inside(placement.rotate.back(point)); }, wanted, progress);
-    if (!field) return field.error();
-    const Result<WideVisibility> visibility = WideVisibility::make(*field, {}, progress.stop);
-    if (!visibility) return visibility.error();
-    return sampled_occlusion(*field, *visibility, error, progress);
+    HF_TRY(
+        const VisibilityField field,
+        precompute_surroundings(
+            own.entity, geometry.occluders[instance].coarse(),
+            [&](const Vec3f& point) { return is_inside(placement.rotate.back(point)); }, wanted, progress));
+    HF_TRY(const WideVisibility visibility, WideVisibility::make(field, {}, progress.stop));
+    return sampled_occlusion(field, visibility, error, progress);
 }
 
 }  // namespace
@@ -180,20 +178,20 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                                        const RgbCubemapTree& light, std::vector<DirectionalLight> lights,
                                        std::size_t instance, const Progress& progress) {
     const std::size_t entity = scene.instances[instance].entity;
-    Result<MovingOcclusion> hidden = moving_occlusion(
-        scene, geometry, instance, double(transfer.pruning_error) * occlusion_share, progress);
-    if (!hidden) return hidden.error();
+    HF_TRY(MovingOcclusion hidden,
+           moving_occlusion(scene, geometry, instance, double(transfer.pruning_error) * occlusion_share,
+                            progress));
     const VertexRows rows(scene, geometry);
     const Mesh& mesh = *scene.entities[entity].mesh;
     const std::vector<std::uint8_t> left_out =
         left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);
     MotionTransfer result{instance,
-                          std::move(hidden->around),
+                          std::move(hidden.around),
                           {rows.count(), settings.face_size, 3},
                           std::vector<Rgb>(rows.count(), Rgb(0.0f)),
                           {},
                           {},
-                          std::move(hidden->occlusions),
+                          std::move(hidden.occlusions),
                           {},
                           left_out,
                           BuriedFill(mesh, left_out),
@@ -204,7 +202,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                                 result,
                                 rms_spectrum(result.occlusions),
                                 double(transfer.pruning_error) * vector_share};
-    const Result<Done> made = make_rows(
+    HF_TRY_DONE(make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
             const auto maker = std::make_shared<MotionBlockMaker>(context);
@@ -214,15 +212,10 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                     [maker] { maker->add_buried(); },
                     [&, maker](std::size_t block) { result.vectors.blocks[block] = maker->complete(); }};
         },
-        progress);
-    if (!made) return made.error();
-    Result<StaticSources> sources =
-        static_sources(scene, geometry, instance, std::move(lights), result.open, progress);
-    if (!sources) return sources.error();
-    result.sources = std::move(*sources);
-    Result<std::vector<Rgb>> own = whole_radiance(result, scene, geometry, while_moving(settings), progress);
-    if (!own) return own.error();
-    result.own = std::move(*own);
+        progress));
+    HF_TRY(result.sources,
+           static_sources(scene, geometry, instance, std::move(lights), result.open, progress));
+    HF_TRY(result.own, whole_radiance(result, scene, geometry, while_moving(settings), progress));
     std::vector<std::uint32_t> shaded;
     for (std::uint32_t row = 0; row < rows.count(); ++row)
         if (!result.vectors.is_empty(row)) shaded.push_back(row);
@@ -241,19 +234,16 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
         transfer.viewpoints.size(), progress.stop,
         [&](std::size_t i) { return shadow(transfer, scene, geometry, transfer.viewpoints[i]); });
     std::vector<Rgb> by_row = transfer.open;
-    const Result<Done> shaded =
-        add_interpolated_products(transfer.vectors, transfer.occlusions, shadows, by_row, progress.stop);
-    if (!shaded) return shaded.error();
-    Result<std::vector<Rgb>> own = quality == FrameQuality::moving
-                                       ? changed_own_radiance(transfer, scene, geometry, settings, progress)
-                                       : whole_radiance(transfer, scene, geometry, settings, progress);
-    if (!own) return own.error();
-    if (const Result<Done> lit = move_in_sources(transfer.sources, scene, geometry, by_row, progress); !lit)
-        return lit.error();
+    HF_TRY_DONE(
+        add_interpolated_products(transfer.vectors, transfer.occlusions, shadows, by_row, progress.stop));
+    HF_TRY(std::vector<Rgb> own, quality == FrameQuality::moving
+                                     ? changed_own_radiance(transfer, scene, geometry, settings, progress)
+                                     : whole_radiance(transfer, scene, geometry, settings, progress));
+    HF_TRY_DONE(move_in_sources(transfer.sources, scene, geometry, by_row, progress));
     store_radiance(scene, geometry, by_row, radiance);
     // Rows of the moving instance contain only the light of the sources.
     std::vector<Rgb>& moving = radiance[transfer.instance];
-    for (std::size_t v = 0; v < moving.size(); ++v) moving[v] += (*own)[v];
+    for (std::size_t v = 0; v < moving.size(); ++v) moving[v] += own[v];
     return Done{};
 }
 

@@ -140,7 +140,7 @@ Result<SparseVectorBlocks> occlusion_vectors(const VisibilityField& field, const
                          occlusions.blocks[b]);
         }
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     return occlusions;
 }
 

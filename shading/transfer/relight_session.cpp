@@ -74,9 +74,8 @@ RelightSession::RelightSession(ShadedScene scene, const RenderSettings& settings
 Result<const DenseCoefficients*> RelightSession::light(const Progress& progress) {
     if (inputs_.shown_light) return &inputs_.shown_light->smooth;
     if (const DenseCoefficients* known = light_.find(inputs_)) return known;
-    const Result<const RgbCubemapTree*> tree = light_tree(progress);
-    if (!tree) return tree.error();
-    return &light_.store(dense_coefficients(**tree, inputs_.settings.face_size), inputs_);
+    HF_TRY(const RgbCubemapTree* tree, light_tree(progress));
+    return &light_.store(dense_coefficients(*tree, inputs_.settings.face_size), inputs_);
 }
 
 Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progress) {
@@ -85,7 +84,7 @@ Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progres
     const TurnableLight* turnable = turnable_.find(inputs_);
     if (!turnable) {
         TurnableLight made = turnable_light(split().smooth, face_size, progress.stop);
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        if (progress.stop.stop_requested()) return interruption();
         turnable = &turnable_.store(std::move(made), inputs_);
     }
     return &light_tree_.store(haar_cubemap<Rgb>(turned_lighting_texels(*turnable, inputs_.rotation),
@@ -135,14 +134,9 @@ void RelightSession::adapt_geometry() {
 
 Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& progress) {
     if (!geometry_) {
-        Result<ShadingGeometry> made =
-            shading_geometry(scene(), inputs_.settings, light_unevenness(), progress);
-        if (!made) return made.error();
-        geometry_ = std::move(*made);
+        HF_TRY(geometry_, shading_geometry(scene(), inputs_.settings, light_unevenness(), progress));
     } else {
-        if (!placed_.find(inputs_))
-            if (const Result<Done> placed = place_instances(scene(), *geometry_, progress); !placed)
-                return placed.error();
+        if (!placed_.find(inputs_)) HF_TRY_DONE(place_instances(scene(), *geometry_, progress));
         adapt_geometry();
     }
     placed_.store({}, inputs_);
@@ -151,28 +145,23 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
 
 Result<const BounceRays*> RelightSession::current_rays(const Progress& progress) {
     if (const BounceRays* known = rays_.find(inputs_)) return known;
-    Result<BounceRays> made = bounce_rays(scene(), *geometry_, inputs_.settings, progress, rays_.last());
-    if (!made) return made.error();
-    return &rays_.store(std::move(*made), inputs_);
+    HF_TRY(BounceRays made, bounce_rays(scene(), *geometry_, inputs_.settings, progress, rays_.last()));
+    return &rays_.store(std::move(made), inputs_);
 }
 
 Result<const SpecularHits*> RelightSession::current_hits(const Progress& progress) {
     if (const SpecularHits* known = hits_.find(inputs_)) return known;
-    const Result<const BounceRays*> rays = current_rays(progress);
-    if (!rays) return rays.error();
-    Result<SpecularHits> made = SpecularHits::make(scene(), *geometry_, *(*rays)->surface, nullptr, progress);
-    if (!made) return made.error();
-    return &hits_.store(std::move(*made), inputs_);
+    HF_TRY(const BounceRays* rays, current_rays(progress));
+    HF_TRY(SpecularHits made, SpecularHits::make(scene(), *geometry_, *rays->surface, nullptr, progress));
+    return &hits_.store(std::move(made), inputs_);
 }
 
 Result<const CachedVisibility*> RelightSession::cached_visibility(const Progress& progress) {
     const RenderSettings& settings = inputs_.settings;
     if (settings.occlusion != cached_occlusion_ || settings.kept_bytes == 0) return nullptr;
     if (const CachedVisibility* known = cached_visibility_.find(inputs_)) return known;
-    Result<CachedVisibility> made =
-        CachedVisibility::make(scene(), *geometry_, settings.kept_bytes, progress);
-    if (!made) return made.error();
-    return &cached_visibility_.store(std::move(*made), inputs_);
+    HF_TRY(CachedVisibility made, CachedVisibility::make(scene(), *geometry_, settings.kept_bytes, progress));
+    return &cached_visibility_.store(std::move(made), inputs_);
 }
 
 const PlacedFill& RelightSession::placed_fill() {
@@ -186,104 +175,80 @@ LampFrames& RelightSession::lamp_frames() {
 }
 
 Result<Done> RelightSession::prepare(const Progress& progress) {
-    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
-    if (!geometry) return geometry.error();
-    const Result<const RgbCubemapTree*> light = light_tree(progress);
-    if (!light) return light.error();
+    HF_TRY_DONE(current_geometry(progress));
+    HF_TRY_DONE(light_tree(progress));
     return Done{};
 }
 
 Result<Done> RelightSession::vary_light(const Progress& progress) {
     const RenderSettings& settings = inputs_.settings;
-    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
-    if (!geometry) return geometry.error();
-    const Result<const DenseCoefficients*> typical = light(progress);
-    if (!typical) return typical.error();
-    Result<LightTransfer> made =
-        light_transfer(scene(), **geometry, settings, transfer_settings_, **typical, progress);
-    if (!made) return made.error();
-    LightFrames frames{std::move(*made), {}, {}, {}, {}, {}, {}, {}};
+    HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
+    HF_TRY(const DenseCoefficients* typical, light(progress));
+    HF_TRY(LightTransfer made,
+           light_transfer(scene(), *geometry, settings, transfer_settings_, *typical, progress));
+    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}};
     if (settings.bounces.most > 0) {
-        const Result<const BounceRays*> rays = current_rays(progress);
-        if (!rays) return rays.error();
+        HF_TRY(const BounceRays* rays, current_rays(progress));
         std::vector<Rgb> radiance, diffuse;
-        const Result<Done> shaded =
-            shade_rows(frames.transfer, (*geometry)->rays, **typical, source_lights(FrameQuality::still),
-                       FrameQuality::still, radiance, &diffuse, progress);
-        if (!shaded) return shaded;
-        diffuse = tinted_rows(scene(), VertexRows(scene(), **geometry), std::move(diffuse));
-        frames.reflectances = row_reflectances(scene(), **geometry);
-        frames.transport = (*rays)->transport;
-        Result<BouncedLight> bounced =
-            bounced_light(*frames.transport, frames.reflectances, diffuse, settings.bounces, progress);
-        if (!bounced) return bounced.error();
-        const Result<Done> done = frames.transport->refine(scene(), **geometry, *(*rays)->surface,
-                                                           bounced->radiance, frames.reflectances, progress);
-        if (!done) return done;
-        if (const auto hits = current_hits(progress); !hits) return hits.error();
-        frames.last = {std::move(diffuse), std::move(bounced->irradiance), {}, 0};
+        HF_TRY_DONE(shade_rows(frames.transfer, geometry->rays, *typical, source_lights(FrameQuality::still),
+                               FrameQuality::still, radiance, &diffuse, progress));
+        diffuse = tinted_rows(scene(), VertexRows(scene(), *geometry), std::move(diffuse));
+        frames.reflectances = row_reflectances(scene(), *geometry);
+        frames.transport = rays->transport;
+        HF_TRY(BouncedLight bounced,
+               bounced_light(*frames.transport, frames.reflectances, diffuse, settings.bounces, progress));
+        HF_TRY_DONE(frames.transport->refine(scene(), *geometry, *rays->surface, bounced.radiance,
+                                             frames.reflectances, progress));
+        HF_TRY_DONE(current_hits(progress));
+        frames.last = {std::move(diffuse), std::move(bounced.irradiance), {}, 0};
     }
     transfer_.emplace<ByLight>().store(std::move(frames), inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_eye(const Progress& progress) {
-    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
-    if (!geometry) return geometry.error();
-    const Result<const RgbCubemapTree*> light = light_tree(progress);
-    if (!light) return light.error();
-    Result<ViewTransfer> made = view_transfer(scene(), **geometry, inputs_.settings, transfer_settings_,
-                                              **light, turned_sources(), progress);
-    if (!made) return made.error();
+    HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
+    HF_TRY(const RgbCubemapTree* light, light_tree(progress));
+    HF_TRY(ViewTransfer made, view_transfer(scene(), *geometry, inputs_.settings, transfer_settings_, *light,
+                                            turned_sources(), progress));
     Bounced indirect;
     if (inputs_.settings.bounces.most > 0) {
-        const Result<const BounceRays*> rays = current_rays(progress);
-        if (!rays) return rays.error();
-        Result<Bounced> found =
-            bounced((*rays)->transport, made->diffuse, inputs_.settings.bounces, progress);
-        if (!found) return found.error();
-        indirect = std::move(*found);
+        HF_TRY(const BounceRays* rays, current_rays(progress));
+        HF_TRY(indirect, bounced(rays->transport, made.diffuse, inputs_.settings.bounces, progress));
     }
-    transfer_.emplace<ByEye>().store({std::move(*made), std::move(indirect)}, inputs_);
+    transfer_.emplace<ByEye>().store({std::move(made), std::move(indirect)}, inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress& progress) {
     const RenderSettings& settings = inputs_.settings;
     assert(instance < instances().size());
-    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
-    if (!geometry) return geometry.error();
-    const Result<const RgbCubemapTree*> light = light_tree(progress);
-    if (!light) return light.error();
-    Result<MotionTransfer> made = motion_transfer(scene(), **geometry, settings, transfer_settings_, **light,
-                                                  all_lights(turned_sources()), instance, progress);
-    if (!made) return made.error();
+    HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
+    HF_TRY(const RgbCubemapTree* light, light_tree(progress));
+    HF_TRY(MotionTransfer made, motion_transfer(scene(), *geometry, settings, transfer_settings_, *light,
+                                                all_lights(turned_sources()), instance, progress));
     SceneColours indirect;
     if (settings.bounces.most > 0) {
         if (!resting_.find(inputs_)) {
             const SceneLight now = scene_light(rotated_environment(progress.stop), settings, progress.stop);
-            const Result<SceneRadiance> direct =
-                scene_radiance({scene(), **geometry, now, settings}, progress);
-            if (!direct) return direct.error();
-            const Result<IndirectLight> found = indirect_at_rest(*direct, now, progress);
-            if (!found) return found.error();
-            const Result<SceneRadiance> resting = radiance_at_rest(*found, now, progress);
-            if (!resting) return resting.error();
-            resting_.store(total(*resting), inputs_);
+            HF_TRY(const SceneRadiance direct, scene_radiance({scene(), *geometry, now, settings}, progress));
+            HF_TRY(const IndirectLight found, indirect_at_rest(direct, now, progress));
+            HF_TRY(const SceneRadiance resting, radiance_at_rest(found, now, progress));
+            resting_.store(total(resting), inputs_);
         }
-        if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
+        HF_TRY_DONE(update_lamps(progress));
         indirect = *resting_.find(inputs_);
     }
-    transfer_.emplace<ByMotion>().store({std::move(*made), instances(), std::move(indirect)}, inputs_);
+    transfer_.emplace<ByMotion>().store({std::move(made), instances(), std::move(indirect)}, inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_lamps(const Progress& progress) {
-    Result<SceneColours> steady = full_radiance(
-        scene_light(rotated_environment(progress.stop), inputs_.settings, progress.stop), progress);
-    if (!steady) return steady.error();
-    if (const Result<Done> made = update_lamps(progress); !made) return made;
-    transfer_.emplace<ByLamps>().store({std::move(*steady)}, inputs_);
+    HF_TRY(SceneColours steady,
+           full_radiance(scene_light(rotated_environment(progress.stop), inputs_.settings, progress.stop),
+                         progress));
+    HF_TRY_DONE(update_lamps(progress));
+    transfer_.emplace<ByLamps>().store({std::move(steady)}, inputs_);
     return Done{};
 }
 
@@ -414,22 +379,20 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
         geometry_->rays.place(scene());
         adapt_geometry();
     }
-    if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
+    HF_TRY_DONE(update_lamps(progress));
     lacks_reflections_ = false;
-    const Result<Done> shaded = std::visit(
+    HF_TRY_DONE(std::visit(
         [&](auto& memo) -> Result<Done> {
             if constexpr (requires { memo.last(); })
                 return shade(*memo.last(), quality, vertices, progress);
             else
                 return Done{};
         },
-        transfer_);
-    if (!shaded) return shaded;
+        transfer_));
     lamp_frames().add_to(radiance_, vertices);
     if (const Bounced* lamps = lamps_bounced_.last()) add_to_radiance(lamps->reflected, vertices);
     if (const auto* by_eye = std::get_if<ByEye>(&transfer_)) {
-        const Result<Done> added = add_reflections(*by_eye->last(), quality, vertices, progress);
-        if (!added) return added;
+        HF_TRY_DONE(add_reflections(*by_eye->last(), quality, vertices, progress));
     } else if (const SceneColours* reflected = lamps_reflected_.last()) {
         add_to_radiance(*reflected, vertices);
     }
@@ -439,17 +402,15 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
 
 Result<Done> RelightSession::shade(LightFrames& frames, FrameQuality quality, const VertexMask* /*vertices*/,
                                    const Progress& progress) {
-    const Result<const DenseCoefficients*> now = light(progress);
-    if (!now) return now.error();
+    HF_TRY(const DenseCoefficients* now, light(progress));
     if (inputs_.settings.bounces.most == 0)
-        return shade_frame(frames.transfer, scene(), *geometry_, **now, source_lights(quality), quality,
+        return shade_frame(frames.transfer, scene(), *geometry_, *now, source_lights(quality), quality,
                            radiance_, progress);
     std::vector<Rgb>& radiance = frames.radiance;
-    const Result<Done> shaded = shade_rows(frames.transfer, geometry_->rays, **now, source_lights(quality),
-                                           quality, radiance, &frames.direct, progress);
-    if (!shaded) return shaded;
+    HF_TRY_DONE(shade_rows(frames.transfer, geometry_->rays, *now, source_lights(quality), quality, radiance,
+                           &frames.direct, progress));
     frames.direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(frames.direct));
-    if (const Result<Done> found = find_irradiance(frames, quality, progress); !found) return found;
+    HF_TRY_DONE(find_irradiance(frames, quality, progress));
     const bool reflects = !frames.last.reflected.empty();
     for_rows(radiance.size(), [&](std::size_t row) {
         const Rgb diffuse =
@@ -484,41 +445,35 @@ Result<Done> RelightSession::shade(OtherLight& frames, FrameQuality /*quality*/,
 }
 
 Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
-    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
-    if (!geometry) return geometry.error();
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    const Result<const CachedVisibility*> visibility = cached_visibility(progress);
-    if (!visibility) return visibility.error();
-    const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
-    Result<SceneRadiance> radiance = scene_radiance(shading, progress);
-    if (!radiance) return radiance.error();
+    HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
+    if (progress.stop.stop_requested()) return interruption();
+    HF_TRY(const CachedVisibility* visibility, cached_visibility(progress));
+    const PointShading shading{scene(), *geometry, light, inputs_.settings, visibility};
+    HF_TRY(SceneRadiance radiance, scene_radiance(shading, progress));
     if (inputs_.settings.bounces.most == 0) {
-        placed_fill()(*radiance);
-        return total(*radiance);
+        placed_fill()(radiance);
+        return total(radiance);
     }
-    const Result<IndirectLight> indirect = indirect_at_rest(*radiance, light, progress);
-    if (!indirect) return indirect.error();
-    const Result<SceneRadiance> resting = radiance_at_rest(*indirect, light, progress);
-    if (!resting) return resting.error();
+    HF_TRY(const IndirectLight indirect, indirect_at_rest(radiance, light, progress));
+    HF_TRY(const SceneRadiance resting, radiance_at_rest(indirect, light, progress));
     // By component, as a bake adds them, so that the sums are bit-identical.
-    for (std::size_t i = 0; i < resting->size(); ++i) {
-        std::vector<Outgoing>& sums = (*radiance)[i];
-        for_rows(sums.size(), [&](std::size_t v) { sums[v] += (*resting)[i][v]; });
-        (*geometry)->entities[instances()[i].entity].fill(sums);
+    for (std::size_t i = 0; i < resting.size(); ++i) {
+        std::vector<Outgoing>& sums = radiance[i];
+        for_rows(sums.size(), [&](std::size_t v) { sums[v] += resting[i][v]; });
+        geometry->entities[instances()[i].entity].fill(sums);
     }
-    if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(*resting), inputs_);
-    placed_fill()(*radiance);
-    return total(*radiance);
+    if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(resting), inputs_);
+    placed_fill()(radiance);
+    return total(radiance);
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
     Environment environment = rotated_environment(progress.stop);
-    Result<SceneColours> full =
-        full_radiance(scene_light(scene(), environment, inputs_.settings, progress.stop), progress);
-    if (!full) return full.error();
+    HF_TRY(SceneColours full,
+           full_radiance(scene_light(scene(), environment, inputs_.settings, progress.stop), progress));
     inputs_.scene.environment = std::move(environment);
     lacks_reflections_ = false;
-    keep(std::move(*full));
+    keep(std::move(full));
     return Done{};
 }
 
@@ -533,17 +488,15 @@ void RelightSession::keep(SceneColours radiance) {
 
 Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& direct, const SceneLight& light,
                                                        const Progress& progress) {
-    const Result<const BounceRays*> rays = current_rays(progress);
-    if (!rays) return rays.error();
-    return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, direct, **rays, progress);
+    HF_TRY(const BounceRays* rays, current_rays(progress));
+    return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, direct, *rays, progress);
 }
 
 Result<SceneRadiance> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
                                                        const Progress& progress) const {
     SceneRadiance radiance = black_vertices(scene());
-    const Result<Done> added = add_indirect_radiance(
-        {scene(), *geometry_, light, inputs_.settings, nullptr, &indirect}, radiance, progress);
-    if (!added) return added.error();
+    HF_TRY_DONE(add_indirect_radiance({scene(), *geometry_, light, inputs_.settings, nullptr, &indirect},
+                                      radiance, progress));
     return radiance;
 }
 
@@ -552,11 +505,10 @@ Result<RelightSession::Bounced> RelightSession::bounced(const LightTransport& tr
                                                         const BounceSettings& bounces,
                                                         const Progress& progress) const {
     const std::vector<Rgb> direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(diffuse));
-    Result<BouncedLight> found =
-        bounced_light(transport, row_reflectances(scene(), *geometry_), direct, bounces, progress);
-    if (!found) return found.error();
-    transport.smooth(found->irradiance);
-    return Bounced{radiance_by(found->irradiance), std::move(found->radiance)};
+    HF_TRY(BouncedLight found,
+           bounced_light(transport, row_reflectances(scene(), *geometry_), direct, bounces, progress));
+    transport.smooth(found.irradiance);
+    return Bounced{radiance_by(found.irradiance), std::move(found.radiance)};
 }
 
 Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality quality,
@@ -583,20 +535,18 @@ Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality q
         BounceSettings bounces = inputs_.settings.bounces;
         if (quality == FrameQuality::moving)
             bounces.tolerance = std::max(bounces.tolerance, moving_tolerance);
-        Result<BouncedLight> found =
-            bounced_light(transport, frames.reflectances, frames.direct, bounces, progress);
-        if (!found) return found.error();
-        last.arriving = std::move(found->irradiance);
+        HF_TRY(BouncedLight found,
+               bounced_light(transport, frames.reflectances, frames.direct, bounces, progress));
+        last.arriving = std::move(found.irradiance);
     }
-    const Result<const SpecularHits*> hits = current_hits(progress);
-    if (!hits) return hits.error();
-    if (!(*hits)->is_empty()) {
+    HF_TRY(const SpecularHits* hits, current_hits(progress));
+    if (!hits->is_empty()) {
         outgoing();
         last.reflected.resize(frames.sent.size(), Rgb(0.0f));
         if (by_halves)
-            (*hits)->reflect(frames.sent, last.reflected, last.frames % 2, 2);
+            hits->reflect(frames.sent, last.reflected, last.frames % 2, 2);
         else
-            (*hits)->reflect(frames.sent, last.reflected);
+            hits->reflect(frames.sent, last.reflected);
     }
     ++last.frames;
     frames.irradiance = last.arriving;
@@ -609,27 +559,23 @@ Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality q
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
     LampFrames& lamps = lamp_frames();
     const bool bounces = inputs_.settings.bounces.most > 0;
-    if (const auto updated = lamps.update(scene(), *geometry_, progress); !updated) return updated.error();
+    HF_TRY_DONE(lamps.update(scene(), *geometry_, progress));
     // While an instance moves, indirect light stays as it was.
     const bool moves = std::holds_alternative<ByMotion>(transfer_) && !rays_.find(inputs_);
     if (!bounces || moves) return Done{};
     if (!lamps_bounced_.find(inputs_)) {
         Bounced by_lamps;
         if (!lamps.is_dark()) {
-            const Result<const BounceRays*> rays = current_rays(progress);
-            if (!rays) return rays.error();
+            HF_TRY(const BounceRays* rays, current_rays(progress));
             const VertexRows rows(scene(), *geometry_);
-            Result<Bounced> found = bounced((*rays)->transport, row_values(rows, lamps.diffuse(scene())),
-                                            inputs_.settings.bounces, progress);
-            if (!found) return found.error();
-            by_lamps = std::move(*found);
+            HF_TRY(by_lamps, bounced(rays->transport, row_values(rows, lamps.diffuse(scene())),
+                                     inputs_.settings.bounces, progress));
         }
         lamps_bounced_.store(std::move(by_lamps), inputs_);
     }
     if (std::holds_alternative<ByEye>(transfer_) || lamps_reflected_.find(inputs_)) return Done{};
-    Result<SceneColours> reflected = reflections(lamps_bounced_.last()->diffuse, nullptr, progress);
-    if (!reflected) return reflected.error();
-    lamps_reflected_.store(std::move(*reflected), inputs_);
+    HF_TRY(SceneColours reflected, reflections(lamps_bounced_.last()->diffuse, nullptr, progress));
+    lamps_reflected_.store(std::move(reflected), inputs_);
     return Done{};
 }
 
@@ -640,16 +586,13 @@ Result<SceneColours> RelightSession::reflections(std::span<const Rgb> diffuse, c
     const SpecularHits* hits = hits_.find(inputs_);
     std::optional<SpecularHits> some;
     if (!hits && vertices) {
-        const Result<const BounceRays*> rays = current_rays(progress);
-        if (!rays) return rays.error();
-        Result<SpecularHits> made =
-            SpecularHits::make(scene(), *geometry_, *(*rays)->surface, vertices, progress);
-        if (!made) return made.error();
-        hits = &some.emplace(std::move(*made));
+        HF_TRY(const BounceRays* rays, current_rays(progress));
+        HF_TRY(SpecularHits made,
+               SpecularHits::make(scene(), *geometry_, *rays->surface, vertices, progress));
+        hits = &some.emplace(std::move(made));
     } else if (!hits) {
-        const Result<const SpecularHits*> made = current_hits(progress);
-        if (!made) return made.error();
-        hits = *made;
+        HF_TRY(const SpecularHits* made, current_hits(progress));
+        hits = made;
     }
     std::vector<Rgb> by_row(diffuse.size(), Rgb(0.0f));
     hits->reflect(diffuse, by_row);
@@ -665,9 +608,8 @@ Result<Done> RelightSession::add_reflections(const EyeFrames& frames, FrameQuali
     std::vector<Rgb> diffuse = frames.indirect.diffuse;
     if (const Bounced* lamps = lamps_bounced_.last(); lamps && !lamps->diffuse.empty())
         for_rows(diffuse.size(), [&](std::size_t row) { diffuse[row] += lamps->diffuse[row]; });
-    const Result<SceneColours> reflected = reflections(diffuse, vertices, progress);
-    if (!reflected) return reflected.error();
-    add_to_radiance(*reflected, vertices);
+    HF_TRY(const SceneColours reflected, reflections(diffuse, vertices, progress));
+    add_to_radiance(reflected, vertices);
     return Done{};
 }
 

@@ -39,7 +39,7 @@ Result<Done> for_each_run(std::size_t begin, std::size_t end, const Progress& pr
         if (progress.stop.stop_requested()) return;
         act(block, begin + block * run, std::min(end, begin + (block + 1) * run));
     });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (progress.stop.stop_requested()) return interruption();
     return Done{};
 }
 
@@ -149,17 +149,16 @@ Result<SourceRows> SourceRows::make(const ShadedScene& scene, const ShadingGeome
     });
     const VertexRows rows(scene, geometry);
     std::vector<std::optional<RowRun>> runs((rows.count() + run - 1) / run);
-    const Result<Done> found =
+    HF_TRY_DONE(
         for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t first, std::size_t end) {
             runs[block].emplace(scene, rows, first, end);
-        });
-    if (!found) return found.error();
+        }));
     SourceRows result;
     result.rounds_.resize(AskedLater::rounds);
     std::vector<std::vector<std::uint32_t>> place(scene.instances.size());  // By instance and vertex.
     for (std::size_t i = 0; i < place.size(); ++i) place[i].resize(rows.vertices(i).size());
     for (std::size_t r = 0; r < result.rounds_.size(); ++r) {
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        if (progress.stop.stop_requested()) return interruption();
         Round& round = result.rounds_[r];
         if (r > 0) round.first = result.rounds_[r - 1].first + result.rounds_[r - 1].rows.size();
         for (const std::optional<RowRun>& of : runs)
@@ -207,8 +206,7 @@ Result<Done> SourceRows::add(const ShadowRays& rays, std::span<const Directional
             for (std::size_t k = 0; k < size && !diffuse.empty(); ++k)
                 diffuse[round.rows[first + k]] += added_diffuse[k];
         };
-        const Result<Done> lit = for_each_run(0, round.rows.size(), progress, add_run);
-        if (!lit) return lit;
+        HF_TRY_DONE(for_each_run(0, round.rows.size(), progress, add_run));
     }
     return Done{};
 }
@@ -250,8 +248,7 @@ Result<StaticSources> static_sources(const ShadedScene& scene, const ShadingGeom
             }
         }
     };
-    const Result<Done> found = for_each_run(0, rows.count(), progress, find);
-    if (!found) return found.error();
+    HF_TRY_DONE(for_each_run(0, rows.count(), progress, find));
     return result;
 }
 
@@ -286,7 +283,7 @@ Result<Done> move_in_sources(const StaticSources& sources, const ShadedScene& sc
                 }
         }
     };
-    if (const Result<Done> taken = for_each_run(0, rows.count(), progress, take); !taken) return taken;
+    HF_TRY_DONE(for_each_run(0, rows.count(), progress, take));
     const std::vector<LightCluster> clusters = light_clusters(sources.lights);
     const auto add = [&](std::size_t, std::size_t first, std::size_t end) {
         const RowRun here(scene, rows, first, end);
@@ -312,7 +309,7 @@ Result<SourceVisibility> source_visibility(const ShadedScene& scene, const Shadi
     SourceVisibility result;
     if (sources.empty()) return result;
     result.blocks.resize((rows.count() + run - 1) / run);
-    const Result<Done> found =
+    HF_TRY_DONE(
         for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t first, std::size_t end) {
             const RowRun here(scene, rows, first, end);
             const std::size_t count = here.rows.size();
@@ -327,8 +324,7 @@ Result<SourceVisibility> source_visibility(const ShadedScene& scene, const Shadi
                             {here.rows[k], {lit[k].direction.normalized(), lit[k].irradiance}});
                 }
             }
-        });
-    if (!found) return found.error();
+        }));
     return result;
 }
 

@@ -210,7 +210,7 @@ Result<Done> add_interpolated_products(const SparseVectorBlocks& vectors, const 
                                        const RowInterpolations& rows, std::span<Rgb> out,
                                        const std::stop_token& stop) {
     assert(out.size() == vectors.rows);
-    if (stop.stop_requested()) return Error{"", interrupted};
+    if (stop.stop_requested()) return interruption();
     if (vectors.rows == 0 || functions.rows == 0) return Done{};
     const int face_size = vectors.blocks[0].face_size;
     const std::size_t pages = vectors.blocks[0].pages();
@@ -247,7 +247,7 @@ Result<Done> add_interpolated_products(const SparseVectorBlocks& vectors, const 
             out[row] += sum;
         }
     });
-    if (stop.stop_requested()) return Error{"", interrupted};
+    if (stop.stop_requested()) return interruption();
     return Done{};
 }
 

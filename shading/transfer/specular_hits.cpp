@@ -93,10 +93,9 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
         block.hits.shrink_to_fit();
         block.metallic.shrink_to_fit();
     };
-    const Result<Done> done = parallel_loop(
+    HF_TRY_DONE(parallel_loop(
         {result.blocks_.size()}, [&]() -> LoopBody { return trace; }, "specular reflections",
-        counted_by(block_rows, specular.size(), progress));
-    if (!done) return done.error();
+        counted_by(block_rows, specular.size(), progress)));
     return result;
 }
 

@@ -137,19 +137,15 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                                    const RenderSettings& settings, const TransferSettings& transfer,
                                    const RgbCubemapTree& light, std::span<const LightSource> sources,
                                    const Progress& progress) {
-    const Result<LobeShapes> shapes =
-        lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
-    if (!shapes) return shapes.error();
+    HF_TRY(const LobeShapes shapes,
+           lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress));
     const VertexRows rows(scene, geometry);
     ViewTransfer result{
         {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}, {}};
-    const ViewContext context{scene,
-                              geometry,
-                              settings,
-                              LightPyramid(light, settings.face_size),
-                              shapes->spectrum,
-                              double(transfer.pruning_error * factor_share)};
-    const Result<Done> made = make_rows(
+    const ViewContext context{scene,           geometry,
+                              settings,        LightPyramid(light, settings.face_size),
+                              shapes.spectrum, double(transfer.pruning_error * factor_share)};
+    HF_TRY_DONE(make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
             const auto maker = std::make_shared<ViewBlockMaker>(context);
@@ -159,20 +155,15 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                     [maker] { maker->add_buried(); },
                     [&, maker](std::size_t block) { result.specular.blocks[block] = maker->complete(); }};
         },
-        progress);
-    if (!made) return made.error();
+        progress));
     list_highlights(scene, rows, result);
     const CoefficientSpectrum spectrum = rms_spectrum(result.specular);
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    Result<LobeVectors> lobes = lobe_vectors(
-        *shapes, spectrum,
-        transfer.pruning_error * factor_share * total_over_specular(result, spectrum, shapes->spectrum),
-        progress);
-    if (!lobes) return lobes.error();
-    result.lobes = std::move(*lobes);
-    Result<SourceVisibility> visible = source_visibility(scene, geometry, sources, result.diffuse, progress);
-    if (!visible) return visible.error();
-    result.sources = std::move(*visible);
+    if (progress.stop.stop_requested()) return interruption();
+    HF_TRY(result.lobes, lobe_vectors(shapes, spectrum,
+                                      transfer.pruning_error * factor_share *
+                                          total_over_specular(result, spectrum, shapes.spectrum),
+                                      progress));
+    HF_TRY(result.sources, source_visibility(scene, geometry, sources, result.diffuse, progress));
     return result;
 }
 
@@ -193,13 +184,9 @@ Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
             return result;
         });
     std::vector<Rgb> by_row = transfer.diffuse;
-    const Result<Done> added =
-        add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row, progress.stop);
-    if (!added) return added.error();
-    if (const Result<Done> lit =
-            add_source_specular(transfer.sources, scene, geometry, by_row, vertices, progress);
-        !lit)
-        return lit.error();
+    HF_TRY_DONE(add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row,
+                                          progress.stop));
+    HF_TRY_DONE(add_source_specular(transfer.sources, scene, geometry, by_row, vertices, progress));
     store_radiance(scene, geometry, by_row, radiance, vertices);
     return Done{};
 }

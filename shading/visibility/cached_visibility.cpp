@@ -121,7 +121,7 @@ Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const 
     tbb::enumerable_thread_specific<Worker> workers([&] {
         return Worker{{scene, geometry}, PagedMemory(budget)};
     });
-    const Result<Done> visited = visit_vertices(
+    HF_TRY_DONE(visit_vertices(
         scene, geometry.orders(),
         [&]() -> VertexVisitor {
             return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
@@ -130,8 +130,7 @@ Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const 
                 result.products_[i][v] = sees ? kept(worker->visibility, worker->memory) : &no_visibility;
             };
         },
-        "visibility", progress);
-    if (!visited) return visited.error();
+        "visibility", progress));
     for (Worker& worker : workers) {
         result.bytes_ += worker.memory.bytes();
         std::move(worker.memory.pages.begin(), worker.memory.pages.end(), std::back_inserter(result.memory_));

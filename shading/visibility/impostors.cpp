@@ -162,16 +162,15 @@ Result<Impostors> Impostors::make(const Occluder& occluder, int face_size, const
     made.centre_ = occluder.bounds().centre();
     made.radius_ = occluder.bounds().radius();
     made.masks_.assign(directions * distances.size() * mask_bytes, 0);
-    const Result<Done> all =
-        parallel_loop({directions * distances.size()},
-                      [&]() -> LoopBody {
-                          return [&, maker = std::make_shared<Maker>(made, occluder)](std::size_t k) {
-                              maker->make(viewpoints()[k / distances.size()], distances[k % distances.size()],
-                                          std::span(made.masks_).subspan(k * mask_bytes, mask_bytes));
-                          };
-                      },
-                      "impostors", {{}, stop});
-    if (!all) return all.error();
+    HF_TRY_DONE(parallel_loop({directions * distances.size()},
+                              [&]() -> LoopBody {
+                                  return [&, maker = std::make_shared<Maker>(made, occluder)](std::size_t k) {
+                                      maker->make(viewpoints()[k / distances.size()],
+                                                  distances[k % distances.size()],
+                                                  std::span(made.masks_).subspan(k * mask_bytes, mask_bytes));
+                                  };
+                              },
+                              "impostors", {{}, stop}));
     return made;
 }
 

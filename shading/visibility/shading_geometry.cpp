@@ -109,13 +109,12 @@ double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
                                                 const Progress& progress) {
     std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
-    Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
-    if (!visibility) return visibility.error();
+    HF_TRY(WideVisibility visibility, WideVisibility::make(*entity.field, order, progress.stop));
     std::vector<ConvexPolygon> polygons;
     if (entity.occlusion->coarse().triangles().size() <= settings.exact_triangles)
         polygons = convex_polygons(entity.occlusion->coarse());
     return ShadingGeometry::Entity{std::move(order),
-                                   std::move(*visibility),
+                                   std::move(visibility),
                                    std::move(polygons),
                                    0,
                                    0,
@@ -150,12 +149,10 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              {}};
     geometry.rays.build(scene);
     for (const ShadedEntity& entity : scene.entities) {
-        Result<ShadingGeometry::Entity> made = entity_geometry(entity, settings, progress);
-        if (!made) return made.error();
-        geometry.entities.push_back(std::move(*made));
+        HF_TRY(ShadingGeometry::Entity made, entity_geometry(entity, settings, progress));
+        geometry.entities.push_back(std::move(made));
     }
-    if (const Result<Done> placed = place_instances(scene, geometry, progress); !placed)
-        return placed.error();
+    HF_TRY_DONE(place_instances(scene, geometry, progress));
     adapt_to_light(scene, settings, uneven, geometry);
     return geometry;
 }
@@ -180,8 +177,7 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
 }
 
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry, const Progress& progress) {
-    Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, &geometry.occluders, progress.stop);
-    if (!occluders) return occluders.error();
+    HF_TRY(InstanceOccluders occluders, InstanceOccluders::make(scene, &geometry.occluders, progress.stop));
     std::vector<ShadingGeometry::Instance> instances;
     std::vector<Sphere> spheres;
     Bounds bounds;
@@ -204,7 +200,7 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
         }
         geometry.impostors[e] = std::move(*made);
     }
-    geometry.occluders = std::move(*occluders);
+    geometry.occluders = std::move(occluders);
     geometry.grid = InstanceGrid(spheres, bounds);
     geometry.rays.place(scene);
     geometry.openness.reset();

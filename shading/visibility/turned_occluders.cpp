@@ -38,16 +38,15 @@ Result<InstanceOccluders> InstanceOccluders::make(const ShadedScene& scene, cons
         const auto [entry, is_new] = known.emplace(result.keys_.back(), nullptr);
         if (is_new) missing.push_back(&*entry);
     }
-    const Result<Done> turned = parallel_loop(
-        {missing.size()},
-        [&]() -> LoopBody {
-            return [&](std::size_t k) {
-                const Key& key = missing[k]->first;
-                missing[k]->second = std::make_shared<const TurnedOccluders>(*key.occlusion, key.rotation);
-            };
-        },
-        "turned occluders", {{}, stop});
-    if (!turned) return turned.error();
+    HF_TRY_DONE(parallel_loop({missing.size()},
+                              [&]() -> LoopBody {
+                                  return [&](std::size_t k) {
+                                      const Key& key = missing[k]->first;
+                                      missing[k]->second = std::make_shared<const TurnedOccluders>(
+                                          *key.occlusion, key.rotation);
+                                  };
+                              },
+                              "turned occluders", {{}, stop}));
     for (const Key& key : result.keys_) result.occluders_.push_back(known.at(key));
     return result;
 }

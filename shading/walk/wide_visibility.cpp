@@ -132,7 +132,7 @@ Result<WideVisibility> WideVisibility::make(const VisibilityField& field,
         for (std::size_t i = 0; i < count; ++i)
             if (root[i] != constant) wide[faces[first + i]].root = &nodes[root[i]];
     });
-    if (stop.stop_requested()) return Error{"", interrupted};
+    if (stop.stop_requested()) return interruption();
     const auto cubemaps = [&](const std::vector<std::int32_t>& handles) {
         std::vector<WideCubemap<std::uint8_t>> by_sample(handles.size());
         for (std::size_t i = 0; i < handles.size(); ++i)

@@ -174,10 +174,9 @@ std::size_t FarmPlan::first_task(std::size_t job) const {
 
 Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / "plan.json";
-    const Result<MappedFile> mapped = mapped_file(file);
-    if (!mapped) return mapped.error();
+    HF_TRY(const MappedFile mapped, mapped_file(file));
     try {
-        const ordered_json json = ordered_json::parse(mapped->bytes);
+        const ordered_json json = ordered_json::parse(mapped.bytes);
         // Plans of other versions may have a different structure, so the version is checked first.
         if (const ordered_json& found = json.at("format"); found != format)
             return Error{file.string(),
@@ -209,16 +208,14 @@ std::string plan_text(const FarmPlan& plan) {
 }
 
 Result<std::string> file_hash(const std::filesystem::path& file) {
-    const Result<MappedFile> mapped = mapped_file(file);
-    if (!mapped) return mapped.error();
-    return content_hash(mapped->bytes).hex();
+    HF_TRY(const MappedFile mapped, mapped_file(file));
+    return content_hash(mapped.bytes).hex();
 }
 
 Result<Done> check_inputs(const PlanJob& job) {
     for (const PlanInput& input : job.inputs) {
-        const Result<std::string> hash = file_hash(input.file);
-        if (!hash) return hash.error();
-        if (*hash != input.hash)
+        HF_TRY(const std::string hash, file_hash(input.file));
+        if (hash != input.hash)
             return Error{input.file, "has changed since the plan was made; make a new plan"};
     }
     return Done{};

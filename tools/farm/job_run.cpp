@@ -94,25 +94,21 @@ struct FieldJob {
 };
 
 Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) {
-    const Result<JobOptions> options = job_options(job.arguments);
-    if (!options) return options.error();
-    Result<Scene> scene = opened_scene(options->scene);
-    if (!scene) return scene.error();
-    if (job.instance >= scene->instances.size())
-        return Error{options->scene.scene, "has fewer instances than when the plan was made"};
-    const Instance instance = scene->instances[job.instance];
-    scene->instances = {instance};
-    scene->keyframes.clear();
-    SceneEntityOptions wanted = entity_options(options->render, options->output);
+    HF_TRY(const JobOptions options, job_options(job.arguments));
+    HF_TRY(Scene scene, opened_scene(options.scene));
+    if (job.instance >= scene.instances.size())
+        return Error{options.scene.scene, "has fewer instances than when the plan was made"};
+    const Instance instance = scene.instances[job.instance];
+    scene.instances = {instance};
+    scene.keyframes.clear();
+    SceneEntityOptions wanted = entity_options(options.render, options.output);
     FieldJob field;
     field.library = wanted.fields_folder;
     field.unsealed = wanted.unsealed;
     wanted.fields = false;
-    Result<SceneEntities> entities = prepare_scene_entities(*scene, wanted, progress);
-    if (!entities) return entities.error();
-    field.entities = *std::move(entities);
+    HF_TRY(field.entities, prepare_scene_entities(scene, wanted, progress));
     field.settings =
-        entity_field_settings(scene->entities[instance.entity], *field.entity().occlusion, wanted);
+        entity_field_settings(scene.entities[instance.entity], *field.entity().occlusion, wanted);
     field.keys = field_keys(field.entity().mesh, field.settings);
     return field;
 }
@@ -120,8 +116,8 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
 /// Adds a field to its library. Samples that are not known are computed.
 Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, const Progress& progress) {
     const SceneEntity& entity = field.entity();
-    if (Result<Done> made = make_folder(field.library); !made) return made;
-    const Result<LibraryField> added = library_field(
+    HF_TRY_DONE(make_folder(field.library));
+    HF_TRY_DONE(library_field(
         field.library, entity.name, field.keys, field.unsealed,
         [&](const PrecomputedSamples& surroundings) {
             PrecomputedSamples all = surroundings;
@@ -129,8 +125,7 @@ Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, 
             return precompute_field(entity.name, entity.mesh, *entity.occlusion, field.settings, progress,
                                     all);
         },
-        progress);
-    if (!added) return added.error();
+        progress));
     return Done{};
 }
 
@@ -139,9 +134,8 @@ constexpr const char* in_library = "the library has the field";
 /// Appends the samples of a part. A part that states that the library has the field has no samples.
 Result<Done> add_run(const FieldJob& field, const std::vector<Section>& part, std::vector<SampleRun>& runs) {
     if (section_named(part, in_library)) return Done{};
-    Result<SampleRun> run = sections_samples(part, field.keys);
-    if (!run) return run.error();
-    runs.push_back(*std::move(run));
+    HF_TRY(SampleRun run, sections_samples(part, field.keys));
+    runs.push_back(std::move(run));
     return Done{};
 }
 
@@ -174,27 +168,22 @@ Result<Done> add_finished_field(const FarmPlan& plan, const PlanTasks& tasks, co
 Result<PartSections> done_samples(const FarmPlan& plan, const PlanTasks& tasks,
                                   const std::filesystem::path& folder, CommandContext& context) {
     const PlanJob& job = plan.jobs[tasks.job];
-    const Result<FieldJob> field = opened_field_job(job, context.progress);
-    if (!field) return field.error();
-    if (has_library_field(field->library, field->keys, field->unsealed))
+    HF_TRY(const FieldJob field, opened_field_job(job, context.progress));
+    if (has_library_field(field.library, field.keys, field.unsealed))
         return PartSections(tasks.count, std::vector<Section>{{in_library, {}}});
-    const SceneEntity& entity = field->entity();
-    const std::uint64_t count = sample_count(entity.mesh, field->settings);
+    const SceneEntity& entity = field.entity();
+    const std::uint64_t count = sample_count(entity.mesh, field.settings);
     PartSections made;
     std::vector<SampleRun> runs;
     for (std::size_t part = tasks.part; part < tasks.part + tasks.count; ++part) {
         const auto [begin, end] = items_of_parts(count, part, 1, job.parts);
-        Result<SampleRun> run = field_samples(entity.name, entity.mesh, *entity.occlusion, field->settings,
-                                              begin, end, context.progress);
-        if (!run) return run.error();
-        made.push_back(sample_sections(*run, field->keys));
-        runs.push_back(*std::move(run));
+        HF_TRY(SampleRun run, field_samples(entity.name, entity.mesh, *entity.occlusion, field.settings,
+                                            begin, end, context.progress));
+        made.push_back(sample_sections(run, field.keys));
+        runs.push_back(std::move(run));
     }
     // The task that computes the last part joins the field, so that the next stage finds it.
-    if (Result<Done> added =
-            add_finished_field(plan, tasks, *field, std::move(runs), folder, context.progress);
-        !added)
-        return added.error();
+    HF_TRY_DONE(add_finished_field(plan, tasks, field, std::move(runs), folder, context.progress));
     return made;
 }
 
@@ -252,19 +241,17 @@ Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
     // A killed task leaves nothing among the results.
     const ScratchFolder scratch(folder);
     const std::filesystem::path output = scratch.path() / "results";
-    if (Result<Done> made = make_folder(output); !made) return made.error();
+    HF_TRY_DONE(make_folder(output));
     TaskShare* const divided = job.division == Division::undivided ? nullptr : &share;
-    if (Result<Done> done = run_job(with_output(job.arguments, output.string()), divided, context); !done)
-        return done.error();
+    HF_TRY_DONE(run_job(with_output(job.arguments, output.string()), divided, context));
     if (job.division == Division::shading || job.division == Division::direct ||
         job.division == Division::strips)
         return std::move(share.made);
     PartSections made;
     for (std::size_t k = 0; k < tasks.count; ++k) {
         const bool has_folder = job.division == Division::frames;
-        Result<std::vector<Section>> files = file_sections(has_folder ? output / part_folder(k) : output);
-        if (!files) return files.error();
-        made.push_back(*std::move(files));
+        HF_TRY(std::vector<Section> files, file_sections(has_folder ? output / part_folder(k) : output));
+        made.push_back(std::move(files));
     }
     return made;
 }
@@ -277,31 +264,27 @@ Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::files
         return read_part(folder, plan, plan.first_task(number) + part);
     };
     if (job.division == Division::samples) {
-        const Result<FieldJob> field = opened_field_job(job, context.progress);
-        if (!field) return field.error();
+        HF_TRY(const FieldJob field, opened_field_job(job, context.progress));
         // The process that computed the last part has already added the field.
-        if (has_library_field(field->library, field->keys, field->unsealed)) return Done{};
+        if (has_library_field(field.library, field.keys, field.unsealed)) return Done{};
         std::vector<SampleRun> runs;
         for (std::size_t part = 0; part < job.parts; ++part) {
-            const Result<TaskPart> read = part_of(part);
-            if (!read) return read.error();
-            if (Result<Done> added = add_run(*field, read->sections, runs); !added) return added;
+            HF_TRY(const TaskPart read, part_of(part));
+            HF_TRY_DONE(add_run(field, read.sections, runs));
         }
-        return add_field(*field, runs, context.progress);
+        return add_field(field, runs, context.progress);
     }
     const bool is_done = job.division == Division::undivided || job.division == Division::bounces,
                has_files = is_done || job.division == Division::frames;
-    const Result<JobOptions> options = job_options(job.arguments);
-    if (!options) return options.error();
+    HF_TRY(const JobOptions options, job_options(job.arguments));
     TaskShare share(0, 0, job.parts);
     share.joins = true;
     for (std::size_t part = 0; part < job.parts; ++part) {
-        Result<TaskPart> read = part_of(part);
-        if (!read) return read.error();
+        HF_TRY(TaskPart read, part_of(part));
         if (!has_files)
-            share.joined.push_back(std::move(read->sections));
-        else if (Result<Done> written = write_file_sections(read->sections, options->output); !written)
-            return written;
+            share.joined.push_back(std::move(read.sections));
+        else
+            HF_TRY_DONE(write_file_sections(read.sections, options.output));
     }
     return is_done ? Done{} : run_job(job.arguments, &share, context);
 }

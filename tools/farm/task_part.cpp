@@ -60,21 +60,19 @@ Result<Done> write_part(const std::filesystem::path& folder, const FarmPlan& pla
         {"task", head.dump(-1, ' ', false, ordered_json::error_handler_t::replace)}};
     sections.insert(sections.end(), part.sections.begin(), part.sections.end());
     const std::string bytes = section_file(sections);
-    Result<TemporaryFile> temporary = TemporaryFile::beside(task_file(folder, task, "part"));
-    if (!temporary) return temporary.error();
-    if (Result<Done> written = temporary->write(bytes); !written) return written;
-    return temporary->replace_target(bytes);
+    HF_TRY(TemporaryFile temporary, TemporaryFile::beside(task_file(folder, task, "part")));
+    HF_TRY_DONE(temporary.write(bytes));
+    return temporary.replace_target(bytes);
 }
 
 Result<TaskPart> read_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task) {
     const std::filesystem::path file = task_file(folder, task, "part");
-    Result<std::vector<Section>> sections = read_section_file(file);
-    if (!sections) return sections.error();
+    HF_TRY(std::vector<Section> sections, read_section_file(file));
     const std::optional<TaskCost> cost =
-        sections->empty() ? std::nullopt : head_cost(sections->front(), plan, task);
+        sections.empty() ? std::nullopt : head_cost(sections.front(), plan, task);
     if (!cost) return Error{file.string(), "is the result of another task or another plan"};
-    sections->erase(sections->begin());
-    return TaskPart{*cost, *std::move(sections)};
+    sections.erase(sections.begin());
+    return TaskPart{*cost, std::move(sections)};
 }
 
 std::optional<TaskCost> part_cost(const std::filesystem::path& folder, const FarmPlan& plan,
@@ -112,10 +110,9 @@ Result<std::vector<Section>> file_sections(const std::filesystem::path& folder) 
     std::ranges::sort(files);
     std::vector<Section> sections;
     for (const std::filesystem::path& file : files) {
-        const Result<MappedFile> mapped = mapped_file(file);
-        if (!mapped) return mapped.error();
+        HF_TRY(const MappedFile mapped, mapped_file(file));
         sections.push_back({std::string(file_prefix) + file.lexically_relative(folder).generic_string(),
-                            std::string(mapped->bytes)});
+                            std::string(mapped.bytes)});
     }
     return sections;
 }
@@ -128,8 +125,8 @@ Result<Done> write_file_sections(const std::vector<Section>& sections, const std
         if (name.empty() || name.is_absolute() || *name.begin() == "..")
             return Error{section.name, "is outside of the results folder; expected a path below it"};
         const std::filesystem::path file = folder / name;
-        if (Result<Done> made = make_folder(file.parent_path()); !made) return made;
-        if (Result<Done> written = write_file(file, section.bytes); !written) return written;
+        HF_TRY_DONE(make_folder(file.parent_path()));
+        HF_TRY_DONE(write_file(file, section.bytes));
     }
     return Done{};
 }

@@ -72,9 +72,8 @@ Result<ReferencePicture> rendered_strips(const ReferenceFiles& scene, const Povr
         PovrayOptions rows = options;
         rows.first_row = first.first_row;
         rows.last_row = strips.back().last_row;
-        Result<RenderedScene> half = rendered_half(scene, first.set, rows, progress);
-        if (!half) return half.error();
-        Image& image = half->image;
+        HF_TRY(RenderedScene half, rendered_half(scene, first.set, rows, progress));
+        Image& image = half.image;
         if (image.width != options.width || image.height != options.height || image.coverage.empty())
             return Error{scene.scene.string(),
                          "POV-Ray wrote a picture of an unexpected size or without alpha"};
@@ -100,9 +99,7 @@ PointSharing point_sharing(TaskShare& share) {
             const auto [begin, end] = share.range(loop.points);
             std::vector<Outgoing> radiance;
             if (begin < end) {
-                Result<std::vector<Outgoing>> shaded = loop.shaded(begin, end);
-                if (!shaded) return shaded.error();
-                radiance = *std::move(shaded);
+                HF_TRY(radiance, loop.shaded(begin, end));
             }
             for (std::size_t k = 0; k < share.count; ++k) {
                 const auto [first, last] = share.range_of(k, loop.points);
@@ -116,9 +113,7 @@ PointSharing point_sharing(TaskShare& share) {
             if (begin == end) continue;
             std::vector<Outgoing> radiance(end - begin);
             if (share.joined[part].empty()) {
-                Result<std::vector<Outgoing>> shaded = loop.shaded(begin, end);
-                if (!shaded) return shaded.error();
-                radiance = *std::move(shaded);
+                HF_TRY(radiance, loop.shaded(begin, end));
             } else if (!take_values<Outgoing>(share.joined[part], name, radiance)) {
                 return wrong_part(part, name);
             }

@@ -23,9 +23,8 @@ struct Reference {
 Result<Reference> made_reference(const PreparedScene& prepared, const std::filesystem::path& folder,
                                  int lights, const std::optional<double>& relative_error, int antialiasing,
                                  bool render, int bounces, const Progress& progress) {
-    const Result<SceneEntities> originals = original_entities(prepared.scene, progress);
-    if (!originals) return originals.error();
-    const std::vector<ReferenceInstance> instances = reference_instances(prepared.scene, *originals);
+    HF_TRY(const SceneEntities originals, original_entities(prepared.scene, progress));
+    const std::vector<ReferenceInstance> instances = reference_instances(prepared.scene, originals);
     const std::string stem = plain_name(prepared.scene.name) + "_reference";
     const Camera& camera = prepared.scene.camera;
     const Environment& environment = prepared.light.environment;
@@ -33,28 +32,24 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
     const PovrayOptions povray = picture_options(camera, antialiasing);
     std::vector<std::string> warnings;
     if (relative_error) {
-        const Result<LightEstimate> estimate = lights_for_error(folder, stem, camera, instances, environment,
-                                                                lamps, povray, *relative_error, progress);
-        if (!estimate) return estimate.error();
-        lights = estimate->lights;
-        if (estimate->relative_error > *relative_error)
+        HF_TRY(const LightEstimate estimate, lights_for_error(folder, stem, camera, instances, environment,
+                                                              lamps, povray, *relative_error, progress));
+        lights = estimate.lights;
+        if (estimate.relative_error > *relative_error)
             warnings.push_back(
                 fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
     }
-    Result<ReferenceFiles> files =
-        write_reference_scene(folder, stem, camera, instances, environment, lights, {bounces}, lamps);
-    if (!files) return files.error();
-    files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
-    Reference reference{nullptr, std::move(*files)};
+    HF_TRY(ReferenceFiles files,
+           write_reference_scene(folder, stem, camera, instances, environment, lights, {bounces}, lamps));
+    files.warnings.insert(files.warnings.begin(), warnings.begin(), warnings.end());
+    Reference reference{nullptr, std::move(files)};
     if (!render) return reference;
-    Result<ReferencePicture> picture = rendered_reference(reference.files, povray, progress);
-    if (!picture) return picture.error();
-    const Result<Done> written = write_with_background(picture->image, reference.files.scene,
-                                                       folder / "reference.exr", povray, progress);
-    if (!written) return written.error();
-    if (std::string warning = reference_warning(double(*picture->image.relative_error)); !warning.empty())
+    HF_TRY(ReferencePicture picture, rendered_reference(reference.files, povray, progress));
+    HF_TRY_DONE(write_with_background(picture.image, reference.files.scene, folder / "reference.exr", povray,
+                                      progress));
+    if (std::string warning = reference_warning(double(*picture.image.relative_error)); !warning.empty())
         reference.files.warnings.push_back(std::move(warning));
-    reference.image = std::make_shared<const Image>(std::move(picture->image));
+    reference.image = std::make_shared<const Image>(std::move(picture.image));
     return reference;
 }
 

@@ -62,23 +62,21 @@ void PythonScene::set_options(const SceneEntityOptions& options) {
 Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices vertices,
                                                                    const Progress& progress) {
     const Turn turn(mutex_, progress);
-    if (!turn) return Error{"", interrupted};
+    if (!turn) return interruption();
     auto& [shared_entities, shared] = made_[static_cast<std::size_t>(vertices)];
     if (shared) return shared;
     const auto made = std::make_shared<PreparedScene>();
     made->scene = scene_;
     made->face_size = options_.face_size;
-    Result<SceneEnvironment> light = scene_environment(scene_);
-    if (!light) return light.error();
-    made->light = std::move(*light);
+    HF_TRY(SceneEnvironment light, scene_environment(scene_));
+    made->light = std::move(light);
     made->warnings = made->light.warnings;
     if (!shared_entities) {
         SceneEntityOptions options = options_;
         options.original_vertices = vertices == BakedVertices::original;
-        Result<SceneEntities> entities = prepare_scene_entities(scene_, options, progress);
-        if (!entities) return entities.error();
-        made->warnings.insert(made->warnings.end(), entities->warnings.begin(), entities->warnings.end());
-        shared_entities = std::make_shared<const SceneEntities>(std::move(*entities));
+        HF_TRY(SceneEntities entities, prepare_scene_entities(scene_, options, progress));
+        made->warnings.insert(made->warnings.end(), entities.warnings.begin(), entities.warnings.end());
+        shared_entities = std::make_shared<const SceneEntities>(std::move(entities));
     }
     made->entities = shared_entities;
     made->scene.camera = scene_camera(scene_, *made->entities);

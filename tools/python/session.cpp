@@ -45,7 +45,7 @@ public:
                  const std::function<Result<Done>(TexturedSession&, const Progress&)>& act) {
         long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
             const Turn turn(mutex_, watched);
-            if (!turn) return Error{"", interrupted};
+            if (!turn) return interruption();
             return act(*session_, watched);
         });
     }
@@ -98,7 +98,7 @@ public:
         const auto image = std::make_shared<Image>();
         long_call<Done>(py::none(), [&](const Progress& watched) -> Result<Done> {
             const Turn turn(mutex_, watched);
-            if (!turn) return Error{"", interrupted};
+            if (!turn) return interruption();
             if (session_->radiance().size() != session_->instances().size())
                 return Error{"", "found no radiance; expected a call of frame or commit first"};
             const LatLongImage background = image_with_suns(session_->scene().environment);

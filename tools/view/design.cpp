@@ -253,8 +253,7 @@ std::uint32_t History::highest_id() const {
 
 Result<Done> History::make(const Edit& edit, std::uint64_t gesture) {
     Design made = now_;
-    if (const Result<Done> done = std::visit(EditMaker{made, last_stamp_ + 1, next_id_}, edit); !done)
-        return done;
+    HF_TRY_DONE(std::visit(EditMaker{made, last_stamp_ + 1, next_id_}, edit));
     ++last_stamp_;
     next_id_ = std::max(next_id_, made.ids.back() + 1);
     const bool goes_on = gesture != 0 && gesture == gesture_ && can_undo();

@@ -134,10 +134,10 @@ Result<std::string> LightShelf::add(std::string_view name, std::string_view byte
     if (image_plugin(bytes) == nullptr)
         return Error{plain, fmt::format("found no image; expected a lat-long image ({})", image_formats)};
     const std::lock_guard lock(mutex_);
-    if (const Result<Done> made = make_folder(uploads_); !made) return made.error();
+    HF_TRY_DONE(make_folder(uploads_));
     std::error_code ignored;
     const std::filesystem::path file = uploads_ / free_name(plain);
-    if (const Result<Done> written = write_file(file, bytes); !written) return written.error();
+    HF_TRY_DONE(write_file(file, bytes));
     if (const Result<LatLongImage> read = read_environment_image(file); !read) {
         std::filesystem::remove(file, ignored);
         return Error{plain, read.error().what};
@@ -157,19 +157,17 @@ std::string LightShelf::free_name(const std::filesystem::path& wanted) const {
 }
 
 Result<std::string> thumbnail_png(const ShelfLight& light) {
-    const Result<Environment> environment = environment_of(light);
-    if (!environment) return environment.error();
-    const LatLongImage whole = image_with_suns(*environment);
+    HF_TRY(const Environment environment, environment_of(light));
+    const LatLongImage whole = image_with_suns(environment);
     LatLongImage small = reduced(whole, std::max(1, whole.width / thumbnail_width));
-    const float gain = std::exp2(automatic_exposure(*environment));
+    const float gain = std::exp2(automatic_exposure(environment));
     for (Rgb& pixel : small.pixels) pixel *= gain;
     return png_bytes(Image{small.width, small.height, std::move(small.pixels), {}});
 }
 
 Result<std::string> background_bytes(const ShelfLight& light) {
-    const Result<Environment> environment = environment_of(light);
-    if (!environment) return environment.error();
-    LatLongImage image = image_with_suns(*environment);
+    HF_TRY(const Environment environment, environment_of(light));
+    LatLongImage image = image_with_suns(environment);
     if (image.width > widest_background) image = reduced(image, factor_to(image.width, widest_background));
     std::string bytes;
     bytes.reserve(8 + image.pixels.size() * 8);

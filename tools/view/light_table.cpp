@@ -36,40 +36,36 @@ Result<std::shared_ptr<const EncodedLight>> LightTable::encoded(const std::files
     scene.environment.image = image;
     scene.environment.sky = sky;
     std::vector<std::string> ignored;
-    Result<Environment> read = described_environment(scene, ignored);
-    if (!read) return read.error();
+    HF_TRY(Environment read, described_environment(scene, ignored));
     auto light = std::make_shared<EncodedLight>();
-    SplitLight split = split_light(*read, settings_.sources);
+    SplitLight split = split_light(read, settings_.sources);
     light->smooth = turnable_light(split.smooth, settings_.face_size);
     light->sources = std::move(split.sources);
-    light->gathered = gathered_light(*read);
+    light->gathered = gathered_light(read);
     light->automatic_exposure = automatic_exposure(light->gathered, {});
-    light->environment = std::move(*read);
+    light->environment = std::move(read);
     if (known_.size() == most_known) known_.erase(known_.begin());
     known_.emplace_back(key, light);
     return std::shared_ptr<const EncodedLight>(light);
 }
 
 Result<Done> LightTable::know(const EnvironmentDescription& light) {
-    if (const auto first = encoded(light.image, light.sky); !first) return first.error();
-    if (light.blend)
-        if (const auto second = encoded(light.blend->image, light.blend->sky); !second) return second.error();
+    HF_TRY_DONE(encoded(light.image, light.sky));
+    if (light.blend) HF_TRY_DONE(encoded(light.blend->image, light.blend->sky));
     return Done{};
 }
 
 Result<Done> LightTable::take(const Design& design) {
     if (taken_ == design.light_stamp) return Done{};
     const EnvironmentDescription& environment = design.scene.environment;
-    Result<std::shared_ptr<const EncodedLight>> first = encoded(environment.image, environment.sky);
-    if (!first) return first.error();
+    HF_TRY(std::shared_ptr<const EncodedLight> first, encoded(environment.image, environment.sky));
     std::shared_ptr<const EncodedLight> other;
     if (environment.blend) {
-        Result<std::shared_ptr<const EncodedLight>> second =
-            encoded(environment.blend->image, environment.blend->sky);
-        if (!second) return second.error();
-        other = *second;
+        HF_TRY(std::shared_ptr<const EncodedLight> second,
+               encoded(environment.blend->image, environment.blend->sky));
+        other = second;
     }
-    first_ = *first;
+    first_ = first;
     second_ = std::move(other);
     taken_ = design.light_stamp;
     mixed_.reset();

@@ -192,11 +192,11 @@ Result<Done> LiveScene::show(const Design& design, const Camera& window, FrameQu
     if (by_light) show_light(design, quality);
     if (varied_.of == Variation::Of::eye && is_whole_) {
         const VertexMask visible = visible_vertices(design, window, *entities_, ids_);
-        if (const Result<Done> done = session_->frame_of(visible, quality, progress); !done) return done;
+        HF_TRY_DONE(session_->frame_of(visible, quality, progress));
         take_colours(design, &visible);
         return Done{};
     }
-    if (const Result<Done> done = session_->frame(quality, progress); !done) return done;
+    HF_TRY_DONE(session_->frame(quality, progress));
     take_colours(design);
     is_whole_ = true;
     return Done{};
@@ -206,7 +206,7 @@ Result<Done> LiveScene::shade(const Design& design, const Progress& progress) {
     varied_ = {};
     bring(design, {});
     session_->set_occlusion(Occlusion::fields);
-    if (const Result<Done> done = session_->commit(progress); !done) return done;
+    HF_TRY_DONE(session_->commit(progress));
     take_colours(design);
     return Done{};
 }
@@ -215,7 +215,7 @@ Result<Done> LiveScene::commit(const Design& design, const Progress& progress) {
     committed_.reset();
     bring(design, {});
     session_->set_occlusion(settings_.occlusion);
-    if (const Result<Done> done = session_->commit(progress); !done) return done;
+    HF_TRY_DONE(session_->commit(progress));
     committed_ = design;
     is_whole_ = false;
     take_colours(design);

@@ -76,7 +76,7 @@ Result<SavedScene> SceneFile::save(const Scene& scene, std::string_view name) {
         saved.file = free_file(saved.file);
     }
     const std::string text = scene_text(scene, saved.file.parent_path(), opened->on_top);
-    if (const Result<Done> written = write_file(saved.file, text); !written) return written.error();
+    HF_TRY_DONE(write_file(saved.file, text));
     made_.insert(saved.file);
     return saved;
 }

@@ -170,14 +170,12 @@ void ViewSession::tell_rest() {
 }
 
 Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {
-    const Result<SavedScene> saved = file_.save(history_.now().scene, save.name.value_or(""));
-    if (!saved) return saved.error();
+    HF_TRY(const SavedScene saved, file_.save(history_.now().scene, save.name.value_or("")));
     saved_ = history_.now().scene;
-    if (!left_ && !settings_.scene_file.empty())
-        if (const Result<Done> removed = file_.autosave(nullptr); !removed) return removed;
+    if (!left_ && !settings_.scene_file.empty()) HF_TRY_DONE(file_.autosave(nullptr));
     autosaved_ = saved_;
-    nlohmann::json answer{{"type", "saved"}, {"number", message.number}, {"file", saved->file.string()}};
-    if (!saved->instead_of.empty()) answer["instead_of"] = saved->instead_of.string();
+    nlohmann::json answer{{"type", "saved"}, {"number", message.number}, {"file", saved.file.string()}};
+    if (!saved.instead_of.empty()) answer["instead_of"] = saved.instead_of.string();
     audience_.tell(page, message_text(answer));
     return Done{};
 }

@@ -100,7 +100,7 @@ void ViewSession::take_message(const Arrival& arrival) {
 }
 
 Result<Done> ViewSession::make_edit(const Edit& edit, const Message& message, const Variation& hand) {
-    if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
+    HF_TRY_DONE(history_.make(edit, message.gesture));
     hand_ = hand;
     if (hand.of != Variation::Of::nothing) likely_ = hand;
     return Done{};
@@ -167,14 +167,14 @@ Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& 
         if (!second) return Error{"", fmt::format("unknown light \"{}\"", *lights.second)};
         edit.light.blend = BlendedLight{second->image, second->sky, lights.share};
     }
-    if (Result<Done> known = live_.lights().know(edit.light); !known) return known;
+    HF_TRY_DONE(live_.lights().know(edit.light));
     return make_edit(edit, message, {Variation::Of::light, 0});
 }
 
 Result<Done> ViewSession::restore(const Message& message) {
     if (!left_) return Error{"", "there is no autosaved scene"};
-    if (Result<Done> known = live_.lights().know(left_->environment); !known) return known;
-    if (Result<Done> done = make_edit(RestoreScene{*left_}, message, {}); !done) return done;
+    HF_TRY_DONE(live_.lights().know(left_->environment));
+    HF_TRY_DONE(make_edit(RestoreScene{*left_}, message, {}));
     look_as_designed();
     decide_left_scene();
     return Done{};
@@ -226,7 +226,7 @@ Result<Done> ViewSession::take_look(const SetView& look, const Message& message)
     if (!has_moved && !has_turned) return Done{};
     const MoveEye edit{has_moved ? look.camera.position : now.position,
                        has_turned ? look.camera.target : now.target};
-    if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
+    HF_TRY_DONE(history_.make(edit, message.gesture));
     if (has_moved && has_specular_) likely_ = hand_ = {Variation::Of::eye, 0};
     return Done{};
 }

@@ -151,7 +151,7 @@ void ViewSession::run(const std::stop_token& stop) {
         }
         if (!progress.stop.stop_requested()) {
             const Result<Done> done = guarded_work(job, progress);
-            if (!done && done.error().what != interrupted) tell_trouble(done.error());
+            if (!done && done.error().code != ErrorCode::interrupted) tell_trouble(done.error());
             take_specular();
         }
         const std::lock_guard lock(mutex_);
@@ -216,22 +216,21 @@ Result<Done> ViewSession::work(const ViewJob& job, const Progress& stop) {
                 live_.expose(now);
                 return shown_as(exactness_);
             }
-            if (Result<Done> done = live_.show(now, window_, FrameQuality::moving, stop); !done) return done;
+            HF_TRY_DONE(live_.show(now, window_, FrameQuality::moving, stop));
             return shown_as(Exactness::moving);
         }
         case ViewJob::For::vectors: {
-            if (Result<Done> done = live_.vary(now, job.variation, with_report("vectors")); !done)
-                return done;
-            if (Result<Done> done = live_.show(now, window_, FrameQuality::moving, stop); !done) return done;
+            HF_TRY_DONE(live_.vary(now, job.variation, with_report("vectors")));
+            HF_TRY_DONE(live_.show(now, window_, FrameQuality::moving, stop));
             return shown_as(Exactness::moving);
         }
         case ViewJob::For::shade: {
-            if (Result<Done> done = live_.shade(now, with_report("shading")); !done) return done;
+            HF_TRY_DONE(live_.shade(now, with_report("shading")));
             return shown_as(Exactness::quick);
         }
         case ViewJob::For::recommit:
         case ViewJob::For::commit: {
-            if (Result<Done> done = live_.commit(now, with_report("exact")); !done) return done;
+            HF_TRY_DONE(live_.commit(now, with_report("exact")));
             return shown_as(Exactness::exact);
         }
         case ViewJob::For::likely: {

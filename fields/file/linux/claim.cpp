@@ -97,10 +97,9 @@ Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progres
     std::optional<ClaimState> last;
     Clock::time_point last_renewal = Clock::now();
     while (true) {
-        const Result<Attempt> attempt = make_claim(file);
-        if (!attempt) return attempt.error();
-        if (*attempt == Attempt::impossible) return std::optional<Claim>();
-        if (*attempt == Attempt::made) {
+        HF_TRY(const Attempt attempt, make_claim(file));
+        if (attempt == Attempt::impossible) return std::optional<Claim>();
+        if (attempt == Attempt::made) {
             const int descriptor = open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
             if (descriptor < 0) return system_error(file, "open it", errno);
             return std::optional(Claim(file, descriptor));
@@ -113,7 +112,7 @@ Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progres
             remove_stale(file, *state);
             continue;
         }
-        if (progress.stop.stop_requested()) return Error{file.string(), interrupted};
+        if (progress.stop.stop_requested()) return interruption(file.string());
         if (progress.report)
             progress.report("waiting for another process that computes " + file.stem().string(), 0, 1);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));

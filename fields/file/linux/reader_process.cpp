@@ -277,10 +277,7 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
         return system_error(where, "allocate memory for its content", errno);
     const Descriptor told(ends[0]);
     Descriptor telling(ends[1]);
-    if (const Result<Done> sent =
-            send(connection().socket, head, details, {descriptor, answer.number, telling.number}, where);
-        !sent)
-        return sent.error();
+    HF_TRY_DONE(send(connection().socket, head, details, {descriptor, answer.number, telling.number}, where));
     telling.close();
     ReaderOutcome outcome;
     if (!receive(told.number, outcome)) return Error{where, "the reader process has ended"};
