@@ -41,6 +41,7 @@
 /// | split_light | shading/scene/light_sources.h | separates suns and windows from the smooth light |
 /// | automatic_exposure | shading/scene/exposure.h | an exposure from the light alone |
 /// | Material | shading/scene/material.h | diffuse and specular reflection |
+/// | VertexBrdf, Lobe, reflectance | shading/walk/brdf.h | the BRDF of a point as data |
 /// | lobe_texels | shading/scene/lobes.h | specular lobes and the cosine as texels |
 /// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h | a scene to shade |
 /// | scene_radiance, point_radiance | shading/bake/renderer.h | radiance of vertices and points |

@@ -205,16 +205,12 @@ TEST(Bounces, SpecularLobesReflectTheirSurroundings) {
     brdf.normal = brdf.mirror = {0, 1, 0};
     brdf.specular = Rgb(static_cast<float>(1 / pi));
     for (const float exponent : {10.0f, 60.0f}) {
-        brdf.phong = 1;
-        brdf.blinn = 0;
-        brdf.shininess = exponent;
+        brdf.lobes[0] = {LobeAxis::mirror, 1, exponent};
         EXPECT_NEAR(indirect.outgoing(furnace.scene, {0, -0.99f, 0}, brdf, Rgb(0.0f)).specular.x,
                     2 / (exponent + 1), 0.01 / exponent);
         // About the half vector, seen along the normal: int (N.H)^m / pi dw = 8 int c^(m+1) dc = 8 / (m + 2),
         // as far as light comes from above.
-        brdf.phong = 0;
-        brdf.blinn = 1;
-        brdf.blinn_exponent = exponent;
+        brdf.lobes[0] = {LobeAxis::half_vector, 1, exponent};
         const double below = std::pow(std::sqrt(0.5), double(exponent) + 2);
         EXPECT_NEAR(
             indirect.outgoing(furnace.scene, {0, -0.99f, 0}, brdf, Rgb(0.0f)).specular.x * (exponent + 2) / 8,

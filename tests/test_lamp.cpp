@@ -124,15 +124,13 @@ struct WallAndPost : ExampleScene {
     /// Returns the wall's radiance as baked, and in double.
     std::array<Rgb, 2> radiance(std::span<const PlacedLamp> lamps, const Vec3f& point) const {
         const Material material = finish();
-        VertexView view;
-        view.normal = Vec3f(0, 0, 1);
-        view.position = view.point = point;
-        view.mirror = mirrored_view(scene.eye, point, view.normal);
-        const Vec3f from = point + Vec3f(0, 0, 1e-5f);
-        const SourceReceiver receiver{from, vertex_brdf(material, view), point};
+        const Vec3f normal(0, 0, 1);
+        const ShadingPoint receiver{
+            point, point + normal * 1e-5f, point,
+            surface_brdf<float>(material, normal, mirrored_view(scene.eye, point, normal))};
         Outgoing found;
         add_lamp_light(rays, lamps, {&receiver, 1}, {&found, 1});
-        return {found.total(), Outgoing(radiance_from_lamps(lamps, rays, from, material, view)).total()};
+        return {found.total(), Outgoing(radiance_from_lamps(lamps, rays, material, receiver)).total()};
     }
 
     ShadowRays rays;

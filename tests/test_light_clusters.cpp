@@ -30,17 +30,17 @@ struct PostUnderSuns : ExampleScene {
 };
 
 /// Returns points of the floor, in rows.
-std::vector<SourceReceiver> floor_receivers() {
-    std::vector<SourceReceiver> receivers;
+std::vector<ShadingPoint> floor_receivers() {
+    std::vector<ShadingPoint> receivers;
     for (int row = 0; row < 40; ++row)
         for (int column = 0; column < 40; ++column) {
-            SourceReceiver receiver;
+            ShadingPoint receiver;
             receiver.from = {-1.6f + 0.08f * float(column), 1e-3f, -1.6f + 0.08f * float(row)};
             receiver.brdf.normal = {0, 1, 0};
             receiver.brdf.mirror = Vec3f(Vec3d(0.55, 0.5, 0.25).normalized());
             receiver.brdf.diffuse = Rgb(0.2f, 0.15f, 0.1f);
             receiver.brdf.specular = Rgb(0.5f);
-            receiver.brdf.shininess = 60;
+            receiver.brdf.lobes[0] = {LobeAxis::mirror, 1, 60};
             receivers.push_back(receiver);
         }
     return receivers;
@@ -96,7 +96,7 @@ TEST(LightClusters, LightAsAllRaysDo) {
     const std::vector<DirectionalLight> lights = example.lights();
     const std::vector<LightCluster> clusters = light_clusters(lights);
     ASSERT_LT(clusters.size() * 4, lights.size());
-    const std::vector<SourceReceiver> receivers = floor_receivers();
+    const std::vector<ShadingPoint> receivers = floor_receivers();
     std::vector<Outgoing> wanted_components(receivers.size());
     add_source_light(rays, lights, receivers, wanted_components);
     const std::vector<Rgb> wanted = total({wanted_components})[0],
@@ -116,7 +116,7 @@ TEST(LightClusters, IncludeLightThatIsPartlyBelowTheHorizon) {
     const std::vector<LightCluster> clusters = light_clusters(lights);
     for (const LightCluster& cluster : clusters) {
         if (cluster.sine < 1e-3f) continue;
-        SourceReceiver receiver;
+        ShadingPoint receiver;
         receiver.from = {0, 3, 0};  // above everything
         receiver.brdf.normal = Vec3f(Vec3d(cluster.axis.cross(Vec3f(0, 0, 1))).normalized());
         receiver.brdf.diffuse = Rgb(0.3f);
@@ -134,7 +134,7 @@ TEST(LightClusters, ReportAndReuseVisibility) {
     ShadowRays rays;
     rays.build(example.scene);
     const std::vector<LightCluster> clusters = light_clusters(example.lights());
-    const std::vector<SourceReceiver> receivers = floor_receivers();
+    const std::vector<ShadingPoint> receivers = floor_receivers();
     std::vector<Rgb> first(receivers.size(), Rgb(0.0f)), again = first, dark = first, bright = first;
     std::vector<ClusterVisibility> visibility(receivers.size() * clusters.size());
     add_clustered_light(rays, clusters, receivers, first, {}, visibility);

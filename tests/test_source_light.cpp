@@ -118,12 +118,10 @@ TEST(SourceLight, ReflectsAsTheMaterialDoes) {
     };
     for (const Material& material : {matte(0.7f), lacquer, metal, brass})
         for (int i = 0; i < 500; ++i) {
-            VertexView view;
-            view.normal = direction();
-            view.mirror = mirrored_view(direction() * 5.0f, Vec3f(0.0f), view.normal);
-            const Vec3f light = i % 2 ? direction() : (view.mirror + direction() * 0.1f).normalized();
-            const Outgoing found = reflectance(vertex_brdf(material, view), light);
-            const auto wanted = reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(light));
+            const Vec3f normal = direction(), mirror = mirrored_view(direction() * 5.0f, Vec3f(0.0f), normal),
+                        light = i % 2 ? direction() : (mirror + direction() * 0.1f).normalized();
+            const Outgoing found = reflectance(surface_brdf<float>(material, normal, mirror), light);
+            const auto wanted = reflectance(material, Vec3d(normal), Vec3d(mirror), Vec3d(light));
             for (int c = 0; c < 3; ++c) {
                 EXPECT_NEAR(found.diffuse[c], wanted.diffuse[c], 2e-5);
                 EXPECT_NEAR(found.specular[c], wanted.specular[c], 2e-5 * (1 + wanted.specular[c]));

@@ -75,7 +75,7 @@ TEST(VertexShading, SpecularLobesEqualTheSumOverTexels) {
                 brdf.normal = random_direction(random);
                 brdf.mirror = (random_direction(random) + brdf.normal).normalized();
                 brdf.specular = Rgb(1.0f);
-                brdf.shininess = shininess;
+                brdf.lobes[0] = {LobeAxis::mirror, 1, shininess};
                 brdf.cosine_weighted = cosine_weighted;
                 SCOPED_TRACE(testing::Message() << "shininess " << shininess << ", mirror " << brdf.mirror
                                                 << (cosine_weighted ? ", cosine" : ""));
@@ -94,9 +94,7 @@ TEST(VertexShading, BlinnLobesEqualTheSumOverTexels) {
             brdf.normal = random_direction(random);
             brdf.mirror = (random_direction(random) + brdf.normal).normalized();
             brdf.specular = Rgb(1.0f);
-            brdf.phong = 0;
-            brdf.blinn = 1;
-            brdf.blinn_exponent = exponent;
+            brdf.lobes[0] = {LobeAxis::half_vector, 1, exponent};
             SCOPED_TRACE(testing::Message() << "exponent " << exponent << ", eye at "
                                             << std::acos(brdf.normal.dot(brdf.mirror)) * 180 / pi);
             expect_near(example.found(brdf, {}), example.expected(brdf, {}), 8 * pi / (double(exponent) + 4),
@@ -114,10 +112,7 @@ TEST(VertexShading, MetallicLobesEqualTheSumOverTexels) {
             brdf.mirror = (random_direction(random) + brdf.normal).normalized();
             brdf.diffuse = Rgb(0.1f);
             brdf.specular = Rgb(1.0f);
-            brdf.phong = 0.5f;
-            brdf.shininess = exponent;
-            brdf.blinn = 0.5f;
-            brdf.blinn_exponent = 4 * exponent;
+            brdf.lobes = {{{LobeAxis::mirror, 0.5f, exponent}, {LobeAxis::half_vector, 0.5f, 4 * exponent}}};
             brdf.metallic = Rgb(0.2f, 0.6f, 1);
             SCOPED_TRACE(testing::Message() << "exponent " << exponent << ", eye at "
                                             << std::acos(brdf.normal.dot(brdf.mirror)) * 180 / pi);
@@ -188,8 +183,8 @@ TEST(VertexShading, ComponentsAreThoseOfVerticesWithOneTermAlone) {
             brdf.mirror = (random_direction(random) + brdf.normal).normalized();
             brdf.diffuse = Rgb(0.3f, 0.2f, 0.1f);
             brdf.specular = Rgb(0.1f, 0.2f, 0.3f);
-            brdf.shininess = i % 3 ? 30.0f : 3.0f;
-            brdf.blinn = i % 5 ? 0.0f : 0.5f;
+            brdf.lobes = {{{LobeAxis::mirror, 1, i % 3 ? 30.0f : 3.0f},
+                           {LobeAxis::half_vector, i % 5 ? 0.0f : 0.5f, 20}}};
             brdf.metallic = i % 4 ? Rgb(0.0f) : Rgb(0.2f, 0.4f, 0.8f);
             VertexBrdf matte = brdf, mirror = brdf;
             matte.specular = mirror.diffuse = Rgb(0.0f);
@@ -238,7 +233,7 @@ TEST(RadianceIntegrand, BlurredDetailIsWithinItsBoundAndKeepsItsMeans) {
             brdf.mirror = i % 2 ? brdf.normal : (random_direction(random) + brdf.normal).normalized();
             brdf.diffuse = i % 4 ? Rgb(0.3f, 0.2f, 0.1f) : Rgb(0.0f);
             brdf.specular = i % 3 ? Rgb(0.1f, 0.2f, 0.3f) : Rgb(0.0f);
-            brdf.shininess = i % 2 ? 0.0f : 20.0f;
+            brdf.lobes[0] = {LobeAxis::mirror, 1, i % 2 ? 0.0f : 20.0f};
             brdf.cosine_weighted = i % 8 < 4;
             const auto made = [&](const DetailWeights* detail) {
                 const double bound =
@@ -288,7 +283,7 @@ TEST(RadianceIntegrand, TheBoundOfBlurredDetailIsTightForLightAlone) {
     VertexBrdf brdf;
     brdf.normal = brdf.mirror = Vec3f(0, 1, 0);
     brdf.specular = Rgb(0.5f);
-    brdf.shininess = 0;
+    brdf.lobes[0] = {LobeAxis::mirror, 1, 0};
     CoefficientSpectrum spectrum;
     spectrum.fill(1);
     radiance_integrand(light, {directions, brdf, {}, full_depth}, memory, product);
@@ -320,7 +315,7 @@ TEST(SpecularIntegrand, ComesWithTheDiffuseRadiance) {
             brdf.normal = brdf.mirror = random_direction(random);
             brdf.diffuse = Rgb(0.3f, 0.2f, 0.1f);
             brdf.specular = Rgb(0.1f, 0.2f, 0.3f);
-            brdf.shininess = i % 2 ? 0.0f : 20.0f;
+            brdf.lobes[0] = {LobeAxis::mirror, 1, i % 2 ? 0.0f : 20.0f};
             brdf.metallic = i % 3 ? Rgb(0.0f) : Rgb(0.2f, 0.4f, 0.8f);
             VertexBrdf highlights = brdf, rest = brdf;
             highlights.diffuse = rest.specular = Rgb(0.0f);
@@ -348,8 +343,7 @@ TEST(VertexShading, AgreesBetweenInstructionSets) {
     brdf.mirror = Vec3f(0.6f, 0.5f, 0.1f).normalized();
     brdf.diffuse = Rgb(0.3f);
     brdf.specular = Rgb(1.0f);
-    brdf.shininess = 40;
-    brdf.blinn = 0.5f;
+    brdf.lobes = {{{LobeAxis::mirror, 1, 40}, {LobeAxis::half_vector, 0.5f, 20}}};
     brdf.metallic = Rgb(0.2f, 0.4f, 0.8f);
     const Rgb wanted = example.found(brdf, cones);
     const std::int64_t all = hwy::SupportedTargets();

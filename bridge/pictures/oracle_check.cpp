@@ -68,12 +68,12 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
                 const MeshPoint& at = pixels[k].at;
                 const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
                 if (!point) return;
-                // Shading starts at the point itself. On large objects, the offset of vertex_view would be
-                // visible.
+                // Shading starts at the point itself. On large objects, the offset of shading_point would
+                // be visible.
                 const ShadedInstance& instance = scene.instances[at.instance];
-                VertexView view = vertex_view(scene, instance, *point);
-                view.point = instance.placement.point_to_world(point->sample);
-                pixels[k].oracle = shader->radiance(at.instance, *point, view).total();
+                ShadingPoint exactly = shading_point(scene, instance, *point);
+                exactly.outside = exactly.from;
+                pixels[k].oracle = shader->radiance(at.instance, *point, exactly).total();
                 pixels[k].counts = true;
             };
         },

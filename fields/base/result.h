@@ -6,12 +6,12 @@
 #include <utility>
 #include <variant>
 
-/// Stores the value of a Result; the enclosing function returns the error if there is none.
+/// Declares a variable with the value of a Result; a function returns the error if there is none.
 ///
-/// declaration  what is on the left of `=`, without commas: `const Scene scene`, or `scene_` to assign.
+/// declaration  without commas: `const Scene scene`.
 /// ...          an expression of type Result<T>. The macro is several statements, so it needs a block.
 #define HF_TRY(declaration, ...) HF_TRY_AS(HF_NAME_OF_LINE(hf_result_, __LINE__), declaration, __VA_ARGS__)
-/// Evaluates an expression of type Result<T> for its effect; the enclosing function returns its error.
+/// Evaluates an expression of type Result<T> for its effect; a function returns the error if it failed.
 #define HF_TRY_DONE(...)                                                              \
     do                                                                                \
         if (const auto hf_result = __VA_ARGS__; !hf_result) return hf_result.error(); \

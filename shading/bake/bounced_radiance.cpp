@@ -13,11 +13,8 @@ namespace {
 
 Outgoing outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
                   const Rgb& irradiance) {
-    const ShadedInstance& placed = shading.scene.instances[instance];
-    const VertexBrdf brdf = vertex_brdf(shading.scene.entities[placed.entity].materials[point.material],
-                                        vertex_view(shading.scene, placed, point));
-    return shading.indirect->outgoing(shading.scene, placed.placement.point_to_world(point.sample), brdf,
-                                      irradiance);
+    const ShadingPoint at = shading_point(shading.scene, shading.scene.instances[instance], point);
+    return shading.indirect->outgoing(shading.scene, at.from, at.brdf, irradiance);
 }
 
 std::shared_ptr<const FineSurface> placed_surface(const ShadedScene& scene, const BounceRays* before) {

@@ -18,10 +18,10 @@ DenseLight::DenseLight(const Environment& environment, int size, const SourceRul
 }
 
 Components<Vec3d> DenseLight::radiance_from(std::size_t texel, const Material& material,
-                                            const VertexView& view) const {
+                                            const ShadingPoint& at) const {
     // `light` contains size^2, for integrals over the unit square of each face.
     const double texels_a_face = double(face_size) * face_size;
-    return reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(directions[texel])) *
+    return reflectance(material, Vec3d(at.brdf.normal), Vec3d(at.brdf.mirror), Vec3d(directions[texel])) *
            Vec3d(light[texel]) / texels_a_face;
 }
 
@@ -30,22 +30,22 @@ void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t>
 }
 
 Components<Vec3d> radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays,
-                                      const Vec3f& from, const Material& material, const VertexView& view) {
+                                      const Material& material, const ShadingPoint& at) {
     Components<Vec3d> radiance;
     for (const DirectionalLight& part : parts)
-        if (part.direction.dot(view.normal) > 0 && !rays.is_blocked(from, part.direction))
-            radiance += reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(part.direction)) *
-                        Vec3d(part.irradiance);
+        if (part.direction.dot(at.brdf.normal) > 0 && !rays.is_blocked(at.from, part.direction))
+            radiance +=
+                reflectance(material, Vec3d(at.brdf.normal), Vec3d(at.brdf.mirror), Vec3d(part.direction)) *
+                Vec3d(part.irradiance);
     return radiance;
 }
 
 Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
-                                     const ShadowRays& rays, const Vec3f& from, const Material& material,
-                                     const VertexView& view) {
-    const SourceReceiver receiver{from, vertex_brdf(material, view), view.position};
+                                     const ShadowRays& rays, const Material& material,
+                                     const ShadingPoint& at) {
     Outgoing by_emitters;
-    add_emitter_light(rays, emitters, {&receiver, 1}, {&by_emitters, 1}, fine_emitter_cut);
-    return radiance_from_lamps(lamps, rays, from, material, view) + Components<Vec3d>(by_emitters);
+    add_emitter_light(rays, emitters, {&at, 1}, {&by_emitters, 1}, fine_emitter_cut);
+    return radiance_from_lamps(lamps, rays, material, at) + Components<Vec3d>(by_emitters);
 }
 
 Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
@@ -64,34 +64,32 @@ Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, con
 DenseShader::DenseShader(const DenseScene& dense) : dense_(dense), rasterizer_(dense.light.face_size) {}
 
 Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
-    return radiance(instance, point, vertex_view(dense_.scene, dense_.scene.instances[instance], point));
+    return radiance(instance, point, shading_point(dense_.scene, dense_.scene.instances[instance], point));
 }
 
-Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
+Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const ShadingPoint& at) {
     const auto& [scene, light, occluders, rays, lamps, emitters] = dense_;
     const ShadedInstance& placed = scene.instances[instance];
     const ShadedEntity& entity = scene.entities[placed.entity];
     visibility_.assign(light.directions.size(), 1.0f);
     multiply_by_open(visibility_,
                      rasterizer_.open_samples(occluders[instance].own(),
-                                              placed.placement.rotate(point.sample), &view.normal));
+                                              placed.placement.rotate(point.sample), &at.brdf.normal));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance) continue;
         const Placement& placement = scene.instances[other].placement;
         const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
-        if (occlusion.in_coarse()(placement.point_to_object(view.point))) return {};
+        if (occlusion.in_coarse()(placement.point_to_object(at.outside))) return {};
         multiply_by_open(visibility_, rasterizer_.open_samples(occluders[other].coarse(),
-                                                               placement.point_to_turned(view.point)));
+                                                               placement.point_to_turned(at.outside)));
     }
     Components<Vec3d> radiance;
     for (std::size_t i = 0; i < visibility_.size(); ++i)
         if (visibility_[i] > 0)
-            radiance +=
-                light.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
-    const Vec3f from = placed.placement.point_to_world(point.sample);
+            radiance += light.radiance_from(i, entity.materials[point.material], at) * double(visibility_[i]);
     const Material& material = entity.materials[point.material];
-    radiance += radiance_from_parts(light.parts, rays, from, material, view);
-    radiance += radiance_from_near(lamps, emitters, rays, from, material, view);
+    radiance += radiance_from_parts(light.parts, rays, material, at);
+    radiance += radiance_from_near(lamps, emitters, rays, material, at);
     return Outgoing(radiance);
 }
 

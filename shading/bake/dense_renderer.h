@@ -21,7 +21,7 @@ struct DenseLight {
 
     /// Returns the radiance of a point by one unoccluded texel.
     Components<Vec3d> radiance_from(std::size_t texel, const Material& material,
-                                    const VertexView& view) const;
+                                    const ShadingPoint& at) const;
 };
 
 /// The light and the occluders of the oracle.
@@ -51,8 +51,8 @@ public:
     /// cost  a few milliseconds for faces of 64 texels.
     Outgoing radiance(std::size_t instance, const SurfacePoint& point);
 
-    /// Shades the point with another view, such as one with another origin for occlusion by other instances.
-    Outgoing radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view);
+    /// Shades the point as another one, such as one with another origin for occlusion by other instances.
+    Outgoing radiance(std::size_t instance, const SurfacePoint& point, const ShadingPoint& at);
 
 private:
     const DenseScene& dense_;
@@ -61,15 +61,13 @@ private:
 };
 
 /// Computes outgoing radiance by the unoccluded directional lights, in double precision.
-///
-/// from  the origin of the shadow rays in the world, off the surface.
 Components<Vec3d> radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays,
-                                      const Vec3f& from, const Material& material, const VertexView& view);
+                                      const Material& material, const ShadingPoint& at);
 
 /// Computes outgoing radiance by lamps, in double precision, and by emitters, with fine_emitter_cut.
 Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
-                                     const ShadowRays& rays, const Vec3f& from, const Material& material,
-                                     const VertexView& view);
+                                     const ShadowRays& rays, const Material& material,
+                                     const ShadingPoint& at);
 
 /// Multiplies visibility by that around another occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);

@@ -10,27 +10,10 @@ namespace {
 /// the mean visibility of the patches with rays. The same applies to patches beyond EmitterCut::most.
 constexpr float negligible = 0.02f;
 
-/// Widens the specular lobes by the solid angle of a patch.
-VertexBrdf widened_lobes(VertexBrdf brdf, float spread) {
-    const auto widen = [](float& weight, float& exponent, float by) {
-        if (!(weight > 0) || !(exponent > 0)) return;
-        // Variances of narrow functions add when they are convolved; the energy stays.
-        const float wide = 1 / (1 / exponent + by);
-        weight *= (wide + 1) / (exponent + 1);
-        exponent = wide;
-    };
-    widen(brdf.phong, brdf.shininess, spread);
-    widen(brdf.blinn, brdf.blinn_exponent, spread / 4);
-    return brdf;
-}
-
 /// Returns the radiance of a point by an unoccluded patch.
 Outgoing radiance_by(const EmitterPatch& patch, const VertexBrdf& brdf) {
-    Outgoing radiance{brdf.diffuse * patch.irradiance};
-    if (brdf.specular != Rgb(0.0f))
-        radiance.specular =
-            reflectance(widened_lobes(brdf, patch.spread), patch.direction).specular * patch.facing;
-    return radiance;
+    return {brdf.diffuse * patch.irradiance,
+            specular_reflectance(brdf, patch.direction, patch.spread) * patch.facing};
 }
 
 /// Computes the emitters' light at receivers one at a time. Reuses its memory.
@@ -39,7 +22,7 @@ public:
     Receiver(const ShadowRays& rays, const EmitterTree& emitters, const EmitterCut& cut)
         : rays_(rays), emitters_(emitters), cut_(cut) {}
 
-    Outgoing radiance(const SourceReceiver& receiver) {
+    Outgoing radiance(const ShadingPoint& receiver) {
         find_patches(emitters_, receiver.position, receiver.brdf.normal, cut_, patches_);
         float light = 0;
         for (const EmitterPatch& patch : patches_) light += luminance(patch.irradiance);
@@ -93,7 +76,7 @@ private:
 }  // namespace
 
 void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
-                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance,
+                       std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance,
                        const EmitterCut& cut) {
     assert(receivers.size() == radiance.size());
     if (emitters.empty()) return;

@@ -14,7 +14,7 @@ namespace haarfield {
 /// cost      100 ns per patch that a receiver faces: some 20 patches where the emitters look small, and up to
 ///           EmitterCut::most next to large ones.
 void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
-                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance,
+                       std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance,
                        const EmitterCut& cut = {});
 
 /// For oracles: six times as many patches, each with an eighth of the power.

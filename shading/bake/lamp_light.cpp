@@ -48,9 +48,8 @@ bool can_be_shadowed(const Lamp& lamp, const LampLight& light) {
 }
 
 /// Adds the light of a lamp to up to 16 receivers.
-void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed,
-                   std::span<const SourceReceiver> receivers, std::span<const Vec3f> from,
-                   std::span<Outgoing> radiance) {
+void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed, std::span<const ShadingPoint> receivers,
+                   std::span<const Vec3f> from, std::span<Outgoing> radiance) {
     const Lamp& lamp = placed.lamp;
     const Rgb irradiance = lamp.colour * static_cast<float>(pi);
     std::array<LampLight, packet> light;
@@ -95,13 +94,13 @@ void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed,
 }  // namespace
 
 void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
-                    std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance) {
+                    std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance) {
     assert(receivers.size() == radiance.size());
     if (lamps.empty()) return;
     std::array<Vec3f, packet> from;
     for (std::size_t first = 0; first < receivers.size(); first += packet) {
         const std::size_t count = std::min(packet, receivers.size() - first);
-        const std::span<const SourceReceiver> here = receivers.subspan(first, count);
+        const std::span<const ShadingPoint> here = receivers.subspan(first, count);
         for (std::size_t i = 0; i < count; ++i) from[i] = here[i].from;
         for (const PlacedLamp& lamp : lamps)
             add_to_packet(rays, lamp, here, std::span(from).first(count), radiance.subspan(first, count));
@@ -109,18 +108,17 @@ void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
 }
 
 Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays,
-                                      const Vec3f& from, const Material& material, const VertexView& view) {
+                                      const Material& material, const ShadingPoint& at) {
     Components<Vec3d> radiance;
-    const Vec3d point(view.position), normal(view.normal);
+    const Vec3d point(at.position), normal(at.brdf.normal), mirror(at.brdf.mirror);
     for (const PlacedLamp& placed : lamps) {
         const Lamp& lamp = placed.lamp;
         const LampLight light = lamp_light(lamp, point);
         if (!(light.share > 0)) continue;
         Components<Vec3d> whole =
-            unshadowed<double>(placed, light, point,
-                               [&](const Vec3d& direction) {
-                                   return reflectance(material, normal, Vec3d(view.mirror), direction);
-                               }) *
+            unshadowed<double>(
+                placed, light, point,
+                [&](const Vec3d& direction) { return reflectance(material, normal, mirror, direction); }) *
             Vec3d(lamp.colour) * pi;
         if (lamp.shadowless) whole.specular = Vec3d(0.0);
         if (whole == Components<Vec3d>()) continue;
@@ -128,7 +126,8 @@ Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const S
         double visibility = is_shadowed ? 0 : 1;
         if (is_shadowed)
             for (const LampPlace& place : placed.places)
-                if (!rays.is_blocked_from(from, ray_end(placed, place, light, from), instance_left_out(lamp)))
+                if (!rays.is_blocked_from(at.from, ray_end(placed, place, light, at.from),
+                                          instance_left_out(lamp)))
                     visibility += place.weight;
         radiance += whole * visibility;
     }

@@ -15,12 +15,10 @@ namespace haarfield {
 /// accuracy   unshadowed, 1e-5 of POV-Ray's.
 /// cost       60 to 120 ns per place of a lamp that a receiver faces; 20 ns per lamp that it does not face.
 void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
-                    std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
+                    std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance);
 
 /// Returns the radiance of one point by lamps, in double precision.
-///
-/// from  the origin of its shadow rays in the world, off the surface.
 Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays,
-                                      const Vec3f& from, const Material& material, const VertexView& view);
+                                      const Material& material, const ShadingPoint& at);
 
 }  // namespace haarfield

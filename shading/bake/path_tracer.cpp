@@ -55,7 +55,7 @@ PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, con
 
 Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const {
     Outgoing radiance;
-    SourceReceiver receiver;
+    ShadingPoint receiver;
     receiver.from = receiver.position = from;
     receiver.brdf.normal = receiver.brdf.mirror = normal;
     receiver.brdf.diffuse = reflectance;

@@ -7,32 +7,33 @@
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/bake/source_light.h"
 #include "shading/bake/vertex_evaluation.h"
-#include "shading/bounces/cosine_directions.h"
+#include "shading/bounces/lobe_rays.h"
 
 namespace haarfield {
 namespace {
 
 /// The number of samples of each technique.
 struct Counts {
-    std::uint32_t environment = 0, emitters = 0, cosine = 0, phong = 0, blinn = 0;
+    std::uint32_t environment = 0, emitters = 0, cosine = 0;
+    std::array<std::uint32_t, most_lobes> lobes{};
 };
 
-enum Technique : std::uint32_t { by_environment, by_emitters, by_cosine, by_phong, by_blinn };
+enum Technique : std::uint32_t { by_environment, by_emitters, by_cosine, by_lobes };
 
 /// Divides the samples: each light technique gets twice as many as each term of the BRDF.
 Counts counts_of(const RayScene& rays, const VertexBrdf& brdf, std::uint32_t samples) {
     Counts counts;
-    const bool shines = brdf.specular != Rgb(0.0f);
     if (!rays.environment.is_black()) counts.environment = 2;
     if (!rays.emitters.is_black()) counts.emitters = 2;
     counts.cosine = brdf.diffuse != Rgb(0.0f);
-    counts.phong = shines && brdf.phong > 0;
-    counts.blinn = shines && brdf.blinn > 0;
-    const std::uint32_t all =
-        counts.environment + counts.emitters + counts.cosine + counts.phong + counts.blinn;
-    for (std::uint32_t* count :
-         {&counts.environment, &counts.emitters, &counts.cosine, &counts.phong, &counts.blinn})
-        if (*count > 0) *count = std::max(1u, std::uint32_t(std::uint64_t(samples) * *count / all));
+    std::uint32_t all = counts.environment + counts.emitters + counts.cosine;
+    for (std::size_t i = 0; i < counts.lobes.size(); ++i)
+        all += counts.lobes[i] = brdf.has_specular() && brdf.lobes[i].weight > 0;
+    const auto divide = [&](std::uint32_t& count) {
+        if (count > 0) count = std::max(1u, std::uint32_t(std::uint64_t(samples) * count / all));
+    };
+    for (std::uint32_t* count : {&counts.environment, &counts.emitters, &counts.cosine}) divide(*count);
+    for (std::uint32_t& count : counts.lobes) divide(count);
     return counts;
 }
 
@@ -77,9 +78,8 @@ public:
           brdf_(brdf),
           from_(from),
           counts_(counts_of(rays, brdf, samples)),
-          eye_(brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror),
+          lobes_(brdf),
           normal_axes_(axes_across(brdf.normal)),
-          mirror_axes_(axes_across(brdf.mirror)),
           batch_(rays.rays, from) {}
 
     Components<Vec3d> operator()(std::uint32_t seed) {
@@ -97,21 +97,17 @@ public:
             add_direction(
                 cosine_direction(Vec2f(float(place[0]), float(place[1])), brdf_.normal, normal_axes_));
         });
-        for_each(seed, by_phong, counts_.phong, [this](const std::array<double, 2>& place) {
-            add_direction(power_direction(Vec2f(float(place[0]), float(place[1])), brdf_.shininess,
-                                          brdf_.mirror, mirror_axes_));
-        });
-        for_each(seed, by_blinn, counts_.blinn, [this](const std::array<double, 2>& place) {
-            const Vec3f half = power_direction(Vec2f(float(place[0]), float(place[1])), brdf_.blinn_exponent,
-                                               brdf_.normal, normal_axes_);
-            add_direction((half * (2 * half.dot(eye_)) - eye_).normalized());
-        });
+        for (std::uint32_t i = 0; i < counts_.lobes.size(); ++i)
+            for_each(seed, by_lobes + i, counts_.lobes[i], [&](const std::array<double, 2>& place) {
+                const Vec2f at{float(place[0]), float(place[1])};
+                add_direction(lobes_.direction(brdf_.lobes[i], at).normalized());
+            });
         return batch_.sum();
     }
 
 private:
     template <class Use>
-    static void for_each(std::uint32_t seed, Technique technique, std::uint32_t count, const Use& use) {
+    static void for_each(std::uint32_t seed, std::uint32_t technique, std::uint32_t count, const Use& use) {
         const ScrambledSobol points(mixed_seed(seed, technique));
         for (std::uint32_t i = 0; i < count; ++i) use(points(i));
     }
@@ -144,28 +140,18 @@ private:
         double sum = 0;
         if (counts_.cosine > 0)
             sum += counts_.cosine * double(std::max(0.0f, brdf_.normal.dot(direction))) / pi;
-        if (counts_.phong > 0)
-            sum += counts_.phong * power_density(brdf_.mirror.dot(direction), brdf_.shininess);
-        if (counts_.blinn > 0) {
-            const Vec3f half = (eye_ + direction).normalized();
-            const float along = half.dot(eye_);
-            if (along > 0)
-                sum += counts_.blinn * power_density(brdf_.normal.dot(half), brdf_.blinn_exponent) /
-                       (4 * double(along));
-        }
+        for (std::size_t i = 0; i < counts_.lobes.size(); ++i)
+            if (counts_.lobes[i] > 0)
+                sum += counts_.lobes[i] * double(lobes_.density(brdf_.lobes[i], direction));
         return sum;
-    }
-    static double power_density(float cosine, float exponent) {
-        if (!(cosine > 0)) return 0;
-        return (double(exponent) + 1) / (2 * pi) * std::pow(double(cosine), double(exponent));
     }
 
     const RayScene& rays_;
     const VertexBrdf& brdf_;
     const Vec3f from_;
     const Counts counts_;
-    const Vec3f eye_;
-    const Axes<Vec3f> normal_axes_, mirror_axes_;
+    const LobeSampling lobes_;
+    const Axes<Vec3f> normal_axes_;
     RayBatch batch_;
 };
 
@@ -179,17 +165,16 @@ const ShadedEntity& entity_of(const ShadedScene& scene, std::size_t instance) {
 
 /// Tests whether a surface of another instance faces a point and touches it. Surfaces with the orientation of
 /// the point's own surface do not count.
-///
-/// from  in front of the surface: where the rays of the point start.
-bool is_covered(const RayScene& rays, std::size_t instance, const VertexView& view, const Vec3f& from) {
+bool is_covered(const RayScene& rays, std::size_t instance, const ShadingPoint& at) {
     // From as far behind the surface as `from` is in front of it: coincident surfaces are in between.
-    const float height = view.normal.dot(from - view.position);
-    RTCRay ray = embree_ray(from - view.normal * (2 * height), view.normal, 2 * height);
+    const Vec3f& normal = at.brdf.normal;
+    const float height = normal.dot(at.from - at.position);
+    RTCRay ray = embree_ray(at.from - normal * (2 * height), normal, 2 * height);
     ray.mask = ~instance_mask(instance);
     const std::optional<RTCRayHit> hit = nearest_hit(rays.surfaces.scene(), ray);
     if (!hit) return false;
     const Placement& other = rays.scene.instances[hit->hit.instID[0]].placement;
-    return outwards(*hit).dot(other.direction_to_object(view.normal)) < 0;
+    return outwards(*hit).dot(other.direction_to_object(normal)) < 0;
 }
 
 }  // namespace
@@ -210,13 +195,11 @@ Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfaceP
                       std::uint32_t samples, std::uint32_t seed) {
     const ShadedInstance& placed = rays.scene.instances[instance];
     const Material& material = entity_of(rays.scene, instance).materials[point.material];
-    const VertexView view = vertex_view(rays.scene, placed, point);
-    const Vec3f from = placed.placement.point_to_world(point.sample);
+    const ShadingPoint at = shading_point(rays.scene, placed, point);
     // Rays of a foot's bottom would start below the floor that it stands on.
-    if (is_covered(rays, instance, view, from)) return {};
-    const VertexBrdf brdf = vertex_brdf(material, view);
-    return Outgoing(PointIntegral(rays, brdf, from, samples)(seed) +
-                    radiance_from_lamps(rays.lamps, rays.rays, from, material, view));
+    if (is_covered(rays, instance, at)) return {};
+    return Outgoing(PointIntegral(rays, at.brdf, at.from, samples)(seed) +
+                    radiance_from_lamps(rays.lamps, rays.rays, material, at));
 }
 
 RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,

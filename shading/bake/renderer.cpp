@@ -22,8 +22,8 @@ public:
 
     /// Adds a point to the run.
     void add(std::size_t instance, const SurfacePoint& point) {
-        const VertexView view = take_up(instance, point);
-        shade_if(visibility_.look(instance, point, view));
+        const ShadingPoint& at = take_up(instance, point);
+        shade_if(visibility_.look(instance, point, at));
         if (shading_.indirect)
             add_indirect(shading_.indirect->irradiance_at(shading_.scene, instance, point));
     }
@@ -33,9 +33,9 @@ public:
         const ShadedEntity& entity = shading_.scene.entities[shading_.scene.instances[instance].entity];
         const VisibilityProduct* kept =
             shading_.visibility ? shading_.visibility->find(instance, vertex) : nullptr;
-        const VertexView view = take_up(instance, surface_point(entity, vertex));
+        const ShadingPoint& at = take_up(instance, surface_point(entity, vertex));
         if (!kept)
-            shade_if(visibility_.look(instance, vertex, view));
+            shade_if(visibility_.look(instance, vertex, at));
         else if (kept->trees.empty())
             shade_if(false);
         else
@@ -55,14 +55,9 @@ public:
     }
 
 private:
-    VertexView take_up(std::size_t instance_index, const SurfacePoint& point) {
-        const ShadedScene& scene = shading_.scene;
-        const ShadedInstance& instance = scene.instances[instance_index];
-        const VertexView view = vertex_view(scene, instance, point);
-        receivers_.push_back({instance.placement.point_to_world(point.sample),
-                              vertex_brdf(scene.entities[instance.entity].materials[point.material], view),
-                              view.position});
-        return view;
+    const ShadingPoint& take_up(std::size_t instance, const SurfacePoint& point) {
+        return receivers_.emplace_back(
+            shading_point(shading_.scene, shading_.scene.instances[instance], point));
     }
     void shade_if(bool sees) {
         if (sees) return shade(visibility_.visibility());
@@ -76,7 +71,7 @@ private:
     }
     /// Adds indirect light to the last point.
     void add_indirect(const Rgb& irradiance) {
-        const SourceReceiver& receiver = receivers_.back();
+        const ShadingPoint& receiver = receivers_.back();
         radiance_.back() +=
             shading_.indirect->outgoing(shading_.scene, receiver.from, receiver.brdf, irradiance);
     }
@@ -84,31 +79,11 @@ private:
     const PointShading shading_;
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
-    std::vector<SourceReceiver> receivers_;      ///< The points of the current run.
+    std::vector<ShadingPoint> receivers_;        ///< The points of the current run.
     std::vector<Outgoing> radiance_, finished_;  ///< By point, of the current and of the last run.
 };
 
 }  // namespace
-
-VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
-    const float over_pi = static_cast<float>(1 / pi);
-    VertexBrdf brdf;
-    brdf.normal = view.normal;
-    brdf.mirror = view.mirror;
-    brdf.diffuse = material.diffuse * over_pi;
-    brdf.specular = material.specular * over_pi;
-    brdf.shininess = material.shininess;
-    brdf.cosine_weighted = material.convention == LobeConvention::physical;
-    if (brdf.cosine_weighted) {
-        brdf.specular *= (material.shininess + 2) * 0.5f;
-    } else {
-        brdf.phong = material.phong;
-        brdf.blinn = material.blinn;
-        brdf.blinn_exponent = 1 / material.roughness;
-        brdf.metallic = (Rgb(1.0f) - material.pigment) * material.metallic;
-    }
-    return brdf;
-}
 
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
     const ShadedScene& scene = shading.scene;

@@ -11,9 +11,6 @@
 
 namespace haarfield {
 
-/// Returns the BRDF of a material at a vertex, for both conventions of material.h.
-VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
-
 /// Computes the outgoing radiance towards the eye, by instance and vertex of its fine mesh. [W/(m^2 sr)]
 ///
 /// Tints of entities are not applied. Vertices that face away from the eye get their radiance at grazing

@@ -4,15 +4,13 @@
 #include <cassert>
 #include <cmath>
 
-#include "shading/scene/material.h"
-
 namespace haarfield {
 namespace {
 
 /// Calls `act` with each receiver and each light that it faces and that is not occluded from it.
 template <class Act>
 void for_each_lit(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                  std::span<const SourceReceiver> receivers, const Act& act) {
+                  std::span<const ShadingPoint> receivers, const Act& act) {
     for (std::size_t first = 0; first < receivers.size(); first += ShadowRays::packet) {
         const ReceiverPacket packet(
             receivers.subspan(first, std::min(ShadowRays::packet, receivers.size() - first)));
@@ -26,7 +24,7 @@ void for_each_lit(const ShadowRays& rays, std::span<const DirectionalLight> ligh
 
 }  // namespace
 
-ReceiverPacket::ReceiverPacket(std::span<const SourceReceiver> receivers) : receivers_(receivers) {
+ReceiverPacket::ReceiverPacket(std::span<const ShadingPoint> receivers) : receivers_(receivers) {
     assert(receivers.size() <= ShadowRays::packet);
     for (std::size_t i = 0; i < receivers.size(); ++i) from_[i] = receivers[i].from;
 }
@@ -42,30 +40,8 @@ std::uint16_t ReceiverPacket::lit(const ShadowRays& rays, const Vec3f& towards_l
     return static_cast<std::uint16_t>(faces & ~rays.blocked(from, faces, towards_light, without));
 }
 
-Outgoing reflectance(const VertexBrdf& brdf, const Vec3f& light) {
-    const float cosine = brdf.normal.dot(light);
-    if (!(cosine > 0)) return {};
-    const Rgb diffuse = brdf.diffuse * cosine;
-    if (brdf.specular == Rgb(0.0f)) return {diffuse};
-    float highlight = 0;
-    const float along_mirror = brdf.mirror.dot(light);
-    if (brdf.phong > 0 && along_mirror > 0)
-        highlight = brdf.phong * (brdf.shininess > 0 ? std::pow(along_mirror, brdf.shininess) : 1.0f);
-    if (brdf.blinn > 0) {
-        const Vec3f eye = brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror;
-        const float along_half = brdf.normal.dot((eye + light).normalized());
-        if (along_half > 0) highlight += brdf.blinn * std::pow(along_half, brdf.blinn_exponent);
-    }
-    if (!(highlight > 0)) return {diffuse};
-    if (brdf.cosine_weighted) highlight *= cosine;
-    Rgb tint(1.0f);
-    if (brdf.metallic != Rgb(0.0f))
-        tint -= brdf.metallic * (1 - static_cast<float>(metallic_fresnel(double(cosine))));
-    return {diffuse, brdf.specular * tint * highlight};
-}
-
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance) {
+                      std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance) {
     assert(receivers.size() == radiance.size());
     for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
         radiance[i] += reflectance(receivers[i].brdf, light.direction) * light.irradiance;
@@ -73,7 +49,7 @@ void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> 
 }
 
 void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                   std::span<const SourceReceiver> receivers, std::span<VisibleLights> parts) {
+                   std::span<const ShadingPoint> receivers, std::span<VisibleLights> parts) {
     assert(receivers.size() == parts.size());
     for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
         parts[i].direction += light.direction * luminance(light.irradiance);

@@ -2,33 +2,20 @@
 /// Radiance of points by concentrated sources: shadow rays and the BRDF for each of their directions.
 
 #include "shading/scene/light_sources.h"
+#include "shading/scene/vertex_loop.h"
 #include "shading/visibility/shadow_rays.h"
-#include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
-
-/// Returns BRDF times cosine for light from one direction, a unit vector: the factor of L in VertexBrdf's
-/// integral. [1/sr]
-///
-/// accuracy  1e-5 of the lobe's peak, in single precision.
-Outgoing reflectance(const VertexBrdf& brdf, const Vec3f& light);
-
-/// A point lit by sources.
-struct SourceReceiver {
-    Vec3f from;  ///< Origin of its shadow rays, off the surface. In the world.
-    VertexBrdf brdf;
-    Vec3f position{0.0f};  ///< On the surface, for local light. In the world.
-};
 
 /// At most sixteen neighbouring receivers, for rays to one light at a time.
 class ReceiverPacket {
 public:
     /// receivers  must outlive it.
-    explicit ReceiverPacket(std::span<const SourceReceiver> receivers);
+    explicit ReceiverPacket(std::span<const ShadingPoint> receivers);
 
     std::size_t size() const { return receivers_.size(); }  ///< Number of receivers.
     /// Returns a receiver.
-    const SourceReceiver& operator[](std::size_t i) const { return receivers_[i]; }
+    const ShadingPoint& operator[](std::size_t i) const { return receivers_[i]; }
 
     /// Tests which receivers face a light and are not occluded from it: bit i for receiver i.
     ///
@@ -38,7 +25,7 @@ public:
                       std::size_t without = ShadowRays::no_instance) const;
 
 private:
-    std::span<const SourceReceiver> receivers_;
+    std::span<const ShadingPoint> receivers_;
     std::array<Vec3f, ShadowRays::packet> from_;
 };
 
@@ -48,7 +35,7 @@ private:
 /// radiance   by receiver. [W/(m^2 sr)]
 /// cost       50 to 100 ns per light that a receiver faces.
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
+                      std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance);
 
 /// The visible fraction of some lights at a receiver.
 struct VisibleLights {
@@ -59,6 +46,6 @@ struct VisibleLights {
 
 /// Adds visible lights, without the BRDF, to `parts`; one per receiver.
 void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                   std::span<const SourceReceiver> receivers, std::span<VisibleLights> parts);
+                   std::span<const ShadingPoint> receivers, std::span<VisibleLights> parts);
 
 }  // namespace haarfield

@@ -110,8 +110,7 @@ public:
         entity_ = &scene.entities[scene.instances[instance].entity];
         point_ = surface_point(*entity_, vertex);
         const ShadedInstance& at = scene.instances[instance];
-        view_ = vertex_view(scene, at, point_);
-        from_ = at.placement.point_to_world(point_.sample);
+        at_ = shading_point(scene, at, point_);
         OracleRadiances result;
         result.baked = baked(instance, vertex);
         if (!list_occluders(instance)) return result;
@@ -183,7 +182,7 @@ private:
         seen_.push_back({&context_.geometry.occluders[instance].own(),
                          &original(instance),
                          rotation(point_.sample),
-                         &view_.normal,
+                         &at_.brdf.normal,
                          nullptr,
                          is_identity(rotation),
                          truncation(*entity_->field),
@@ -193,20 +192,20 @@ private:
             if (i == instance) continue;
             const ShadedInstance& other = scene.instances[i];
             const ShadedEntity& entity = scene.entities[other.entity];
-            if (entity.occlusion->in_coarse()(other.placement.point_to_object(view_.point))) return false;
+            if (entity.occlusion->in_coarse()(other.placement.point_to_object(at_.outside))) return false;
             const Occluder& coarse = context_.geometry.occluders[i].coarse();
-            const Vec3f from = other.placement.point_to_turned(view_.point);
+            const Vec3f from = other.placement.point_to_turned(at_.outside);
             const std::span<const std::uint8_t> open = rasterizer_.open_samples(coarse, from);
             if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
             OccluderView seen{&coarse, &original(i), from, nullptr, nullptr, false, truncation(*entity.field),
                               {},      nullptr};
-            const OcclusionKind visibility = occlusion_of(scene, context_.geometry, i, view_).visibility;
+            const OcclusionKind visibility = occlusion_of(scene, context_.geometry, i, at_).visibility;
             if (visibility == OcclusionKind::distant && context_.geometry.impostors[other.entity])
                 seen.impostor_of = &other;
             else if (visibility != OcclusionKind::exact) {
                 seen.field = entity.field;
                 seen.truncated = true;
-                seen.lookup = field_lookup(*entity.field, other, view_);
+                seen.lookup = field_lookup(*entity.field, other, at_);
             }
             seen_.push_back(seen);
         }
@@ -221,7 +220,7 @@ private:
     std::vector<Vec3d> responses(const DenseLight& light) const {
         std::vector<Vec3d> result(light.directions.size());
         for (std::size_t i = 0; i < result.size(); ++i)
-            result[i] = light.radiance_from(i, entity_->materials[point_.material], view_).total();
+            result[i] = light.radiance_from(i, entity_->materials[point_.material], at_).total();
         return result;
     }
 
@@ -245,7 +244,7 @@ private:
     void see_from_afar(const OccluderView& seen, std::span<float> visibility) {
         if (!seen.impostor_of) return see(seen, visibility);
         impostor_texels_.assign(visibility.size(), 255);
-        context_.geometry.impostors[seen.impostor_of->entity]->hide(seen.impostor_of->placement, view_.point,
+        context_.geometry.impostors[seen.impostor_of->entity]->hide(seen.impostor_of->placement, at_.outside,
                                                                     impostor_texels_);
         for (std::size_t i = 0; i < visibility.size(); ++i)
             visibility[i] *= static_cast<float>(impostor_texels_[i]) / 255;
@@ -288,13 +287,12 @@ private:
         const ShadowRays& rays = context_.geometry.rays;
         const Material& material = entity_->materials[point_.material];
         const auto sum = [&](std::span<const DirectionalLight> lights) {
-            return Outgoing(radiance_from_parts(lights, rays, from_, material, view_));
+            return Outgoing(radiance_from_parts(lights, rays, material, at_));
         };
         const auto& [smooth, sources, lights, lamps, emitters] = context_.baked_light;
-        const SourceReceiver receiver{from_, vertex_brdf(material, view_), view_.position};
-        Outgoing near(radiance_from_lamps(lamps, rays, from_, material, view_));
-        add_emitter_light(rays, emitters, {&receiver, 1}, {&near, 1});
-        const Outgoing finest(radiance_from_near(lamps, emitters, rays, from_, material, view_));
+        Outgoing near(radiance_from_lamps(lamps, rays, material, at_));
+        add_emitter_light(rays, emitters, {&at_, 1}, {&near, 1});
+        const Outgoing finest(radiance_from_near(lamps, emitters, rays, material, at_));
         const Rgb all = (sum(context_.light.parts) + finest).total(), few = (sum(lights) + near).total();
         result.sources = result.oracle + few;
         result.baked += few;
@@ -307,7 +305,7 @@ private:
     }
 
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
-        if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
+        if (!bake_visibility_.look(instance, vertex, at_)) return Rgb(0.0f);
         const RenderSettings& settings = context_.settings;
         return without_negative(
                    radiance(context_.baked_light.smooth, bake_visibility_.visibility(), settings.depth))
@@ -315,8 +313,7 @@ private:
     }
 
     Outgoing radiance(const LightPyramid& light, const VisibilityProduct& visibility, int depth) {
-        const VertexBrdf brdf = vertex_brdf(entity_->materials[point_.material], view_);
-        return outgoing_radiance(light, {context_.geometry.directions, brdf, visibility, depth}, memory_);
+        return outgoing_radiance(light, {context_.geometry.directions, at_.brdf, visibility, depth}, memory_);
     }
 
     const OracleContext& context_;
@@ -329,8 +326,7 @@ private:
     std::vector<std::uint8_t> impostor_texels_;
     const ShadedEntity* entity_ = nullptr;  ///< Entity of the current vertex.
     SurfacePoint point_;
-    VertexView view_;
-    Vec3f from_{0.0f};                ///< Its sample point, in the world.
+    ShadingPoint at_;
     std::vector<OccluderView> seen_;  ///< Its own entity first.
 };
 

@@ -1,10 +1,46 @@
 #pragma once
-/// Rays along which specular lobes gather indirect light.
+/// The sampling of specular lobes, and rays along which lobes gather indirect light.
 
 #include "shading/bounces/cosine_directions.h"
-#include "shading/walk/vertex_shading.h"
+#include "shading/walk/brdf.h"
 
 namespace haarfield {
+
+/// Samples directions with the density of the lobes of a BRDF, which must outlive it.
+class LobeSampling {
+public:
+    explicit LobeSampling(const VertexBrdf& brdf)
+        : brdf_(brdf),
+          eye_(brdf.eye()),
+          normal_axes_(axes_across(brdf.normal)),
+          mirror_axes_(axes_across(brdf.mirror)) {}
+
+    /// Returns a direction, which may lie below the surface. Not quite of unit length.
+    ///
+    /// place  in the unit square.
+    Vec3f direction(const Lobe& lobe, const Vec2f& place) const {
+        if (lobe.axis == LobeAxis::mirror)
+            return power_direction(place, lobe.exponent, brdf_.mirror, mirror_axes_);
+        const Vec3f half = power_direction(place, lobe.exponent, brdf_.normal, normal_axes_);
+        return half * (2 * half.dot(eye_)) - eye_;
+    }
+    /// Returns a lobe of weight 1 over the density of directions. [sr]
+    float over_density(const Lobe& lobe, const Vec3f& direction) const {
+        const float area = static_cast<float>(2 * pi) / (lobe.exponent + 1);
+        return lobe.axis == LobeAxis::half_vector ? area * 4 * (eye_ + direction).normalized().dot(eye_)
+                                                  : area;
+    }
+    /// Returns the density of a direction above the surface. [1/sr]
+    float density(const Lobe& lobe, const Vec3f& direction) const {
+        const float value = lobe_value(lobe, brdf_, direction);
+        return value > 0 ? value / over_density(lobe, direction) : 0.0f;
+    }
+
+private:
+    const VertexBrdf& brdf_;
+    const Vec3f eye_;
+    const Axes<Vec3f> normal_axes_, mirror_axes_;
+};
 
 inline constexpr std::uint32_t lobe_rays = 24;  ///< Rays per lobe.
 
@@ -19,34 +55,18 @@ struct LobeRay {
 /// All BRDFs use the same points of Sobol's sequence.
 template <class Visit>
 void visit_lobe_rays(const VertexBrdf& brdf, const Visit& visit) {
-    if (brdf.specular == Rgb(0.0f)) return;
-    const Vec3f& normal = brdf.normal;
-    const auto add = [&](const Vec3f& direction, float weight) {
-        const float cosine = normal.dot(direction);
-        if (!(cosine > 0)) return;
-        if (brdf.cosine_weighted) weight *= cosine;
-        LobeRay ray{direction, weight};
-        if (brdf.metallic != Rgb(0.0f))
-            ray.metallic = 1 - static_cast<float>(metallic_fresnel(double(cosine)));
-        visit(ray);
-    };
-    constexpr float round = static_cast<float>(2 * pi) / lobe_rays;
-    if (brdf.phong > 0) {
-        const Axes<Vec3f> axes = axes_across(brdf.mirror);
-        for (std::uint32_t k = 0; k < lobe_rays; ++k)
-            add(power_direction(sobol_point(k), brdf.shininess, brdf.mirror, axes),
-                brdf.phong * round / (brdf.shininess + 1));
-    }
-    if (brdf.blinn > 0) {
-        const Vec3f eye = normal * (2 * normal.dot(brdf.mirror)) - brdf.mirror;
-        const Axes<Vec3f> axes = axes_across(normal);
-        for (std::uint32_t k = 0; k < lobe_rays; ++k) {
-            const Vec3f half = power_direction(sobol_point(k), brdf.blinn_exponent, normal, axes);
-            const float along = half.dot(eye);
-            if (along > 0)
-                add(half * (2 * along) - eye, brdf.blinn * 4 * along * round / (brdf.blinn_exponent + 1));
+    if (!brdf.has_specular()) return;
+    const LobeSampling sampling(brdf);
+    for (const Lobe& lobe : brdf.lobes)
+        for (std::uint32_t k = 0; k < lobe_rays && lobe.weight > 0; ++k) {
+            const Vec3f direction = sampling.direction(lobe, sobol_point(k));
+            const float cosine = brdf.normal.dot(direction);
+            if (!(cosine > 0)) continue;
+            LobeRay ray{direction, lobe.weight * sampling.over_density(lobe, direction) / lobe_rays};
+            if (brdf.cosine_weighted) ray.weight *= cosine;
+            if (brdf.is_metallic()) ray.metallic = 1 - static_cast<float>(metallic_fresnel(double(cosine)));
+            visit(ray);
         }
-    }
 }
 
 }  // namespace haarfield

@@ -1,7 +1,7 @@
 #pragma once
 /// The reflectance of surfaces.
 
-#include "shading/walk/outgoing.h"
+#include "shading/walk/brdf.h"
 
 #include <cstdint>
 
@@ -41,12 +41,27 @@ struct Material {
     bool operator==(const Material&) const = default;
 };
 
-/// Returns how far the specular light of a metal has the colour of the light instead of the pigment: 0 for
-/// light along the normal, 1 at the horizon.
+/// Returns the BRDF of a material at a point.
 ///
-/// cosine  of the angle of incidence, in [0, 1].
-/// source  POV-Ray 3.7, `metallic`: an empirical Fresnel reflectivity.
-double metallic_fresnel(double cosine);
+/// normal, mirror  N and R; unit vectors.
+template <class Real>
+BasicBrdf<Real> surface_brdf(const Material& material, const Imath::Vec3<Real>& normal = Imath::Vec3<Real>(0),
+                             const Imath::Vec3<Real>& mirror = Imath::Vec3<Real>(0)) {
+    using Colour = typename BasicBrdf<Real>::Colour;
+    const Real over_pi = static_cast<Real>(1 / pi), shininess = Real(material.shininess);
+    BasicBrdf<Real> brdf{normal, mirror, Colour(material.diffuse) * over_pi,
+                         Colour(material.specular) * over_pi};
+    brdf.cosine_weighted = material.convention == LobeConvention::physical;
+    if (brdf.cosine_weighted) {
+        brdf.specular *= (shininess + 2) * Real(0.5);
+        brdf.lobes[0] = {LobeAxis::mirror, 1, shininess};
+    } else {
+        brdf.lobes = {{{LobeAxis::mirror, Real(material.phong), shininess},
+                       {LobeAxis::half_vector, Real(material.blinn), 1 / Real(material.roughness)}}};
+        brdf.metallic = (Colour(1) - Colour(material.pigment)) * Real(material.metallic);
+    }
+    return brdf;
+}
 
 /// Returns BRDF times cosine: the factor of L in the conventions' integrals above. [1/sr]
 ///

@@ -25,23 +25,24 @@ Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal
     return (normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
 }
 
-VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point) {
+ShadingPoint shading_point(const ShadedScene& scene, const ShadedInstance& instance,
+                           const SurfacePoint& point) {
     const ShadedEntity& entity = scene.entities[instance.entity];
-    VertexView view;
-    view.normal = instance.placement.direction_to_world(point.normal);
-    view.position = instance.placement.point_to_world(point.position);
-    view.mirror = mirrored_view(scene.eye, view.position, view.normal);
-    const Vec3f towards = entity.occlusion->coarse().bounds().centre() - point.sample;
+    const Vec3f normal = instance.placement.direction_to_world(point.normal),
+                position = instance.placement.point_to_world(point.position),
+                towards = entity.occlusion->coarse().bounds().centre() - point.sample;
     const float distance = towards.length(),
                 step = std::min({distance, 1e-3f * entity.occlusion->coarse().bounds().radius(),
                                  most_drawn / instance.placement.scale});
     const Vec3f drawn = distance > 0 ? point.sample + towards * (step / distance) : point.sample;
-    view.point = instance.placement.point_to_world(drawn);
-    return view;
+    return {position, instance.placement.point_to_world(point.sample),
+            instance.placement.point_to_world(drawn),
+            surface_brdf<float>(entity.materials[point.material], normal,
+                                mirrored_view(scene.eye, position, normal))};
 }
 
-VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
-    return vertex_view(scene, instance, surface_point(scene.entities[instance.entity], vertex));
+ShadingPoint shading_point(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
+    return shading_point(scene, instance, surface_point(scene.entities[instance.entity], vertex));
 }
 
 std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {

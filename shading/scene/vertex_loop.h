@@ -20,27 +20,28 @@ struct SurfacePoint {
 /// Returns a vertex of the entity's fine mesh as a surface point.
 SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex);
 
-/// The geometry that every evaluation of a vertex starts from.
-struct VertexView {
-    Vec3f normal;
-    Vec3f mirror;    ///< The view direction, mirrored about the normal.
-    Vec3f position;  ///< Of the vertex, in the world.
-    Vec3f point;     ///< In the world; where visibility around other instances is evaluated.
+/// A point to be shaded, in the world.
+struct ShadingPoint {
+    Vec3f position{0.0f};  ///< On the surface. [m]
+    Vec3f from{0.0f};      ///< Origin of its rays, off the surface. [m]
+    Vec3f outside{0.0f};   ///< Where visibility around other instances is evaluated. [m]
+    VertexBrdf brdf;       ///< With the normal, and the view direction mirrored about it.
 };
 
 /// Returns the direction from a point to the eye, mirrored about the normal. An eye behind the surface is
 /// first projected to the tangent plane.
 Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal);
 
-/// Returns the view of a point of an instance from the scene's eye.
+/// Returns a point of an instance as the scene's eye sees it.
 ///
-/// VertexView::point is the local sample, moved towards the centre of its instance by a thousandth of the
+/// ShadingPoint::outside is the local sample, moved towards the centre of its instance by a thousandth of the
 /// radius, but by no more than 1 mm: a point of an object that stands on the floor must not lie in the
 /// floor's plane.
-VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point);
+ShadingPoint shading_point(const ShadedScene& scene, const ShadedInstance& instance,
+                           const SurfacePoint& point);
 
-/// Returns the view of a vertex.
-VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex);
+/// Returns a vertex of an instance.
+ShadingPoint shading_point(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex);
 
 /// Returns the points' indices along a space-filling curve, so that neighbours in the order are neighbours in
 /// space.

@@ -20,20 +20,6 @@ Lamp in_white(Lamp lamp) {
     return lamp;
 }
 
-/// Lists vertices as receivers.
-void take_receivers(const ShadedScene& scene, std::size_t index, std::span<const std::uint32_t> vertices,
-                    std::vector<SourceReceiver>& receivers) {
-    const ShadedInstance& instance = scene.instances[index];
-    const ShadedEntity& entity = scene.entities[instance.entity];
-    receivers.clear();
-    for (const std::uint32_t vertex : vertices) {
-        const SurfacePoint point = surface_point(entity, vertex);
-        const VertexView view = vertex_view(scene, instance, point);
-        receivers.push_back({instance.placement.point_to_world(point.sample),
-                             vertex_brdf(entity.materials[point.material], view), view.position});
-    }
-}
-
 }  // namespace
 
 void LampFrames::forget() {
@@ -79,10 +65,12 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
         HF_TRY_DONE(visit_vertex_runs(
             scene, geometry.orders(),
             [&]() -> VertexRunVisitor {
-                return [&, receivers = std::vector<SourceReceiver>(), found = std::vector<Outgoing>()](
+                return [&, receivers = std::vector<ShadingPoint>(), found = std::vector<Outgoing>()](
                            std::size_t instance, std::span<const std::uint32_t> vertices) mutable {
                     if (progress.stop.stop_requested()) return;
-                    take_receivers(scene, instance, vertices, receivers);
+                    receivers.clear();
+                    for (const std::uint32_t vertex : vertices)
+                        receivers.push_back(shading_point(scene, scene.instances[instance], vertex));
                     const auto store = [&](SceneRadiance& radiance) {
                         for (std::size_t k = 0; k < vertices.size(); ++k)
                             radiance[instance][vertices[k]] = std::exchange(found[k], {});

@@ -77,10 +77,12 @@ struct Highlights {
 
     explicit Highlights(const VertexBrdf& whole) : brdf(whole) {
         brdf.diffuse = Rgb(0.0f);
-        if (brdf.specular == Rgb(0.0f)) return;
-        least = brdf.blinn > 0 || !(brdf.shininess > 0)
-                    ? -2.0f
-                    : std::exp(std::log(negligible_highlight) / brdf.shininess);
+        if (!brdf.has_specular()) return;
+        for (const Lobe& lobe : brdf.lobes)
+            if (lobe.weight > 0)
+                least = std::min(least, lobe.axis != LobeAxis::mirror || lobe.exponent == 0
+                                            ? -2.0f
+                                            : std::exp(std::log(negligible_highlight) / lobe.exponent));
     }
 
     bool may_show(const LightCluster& cluster) const {
@@ -95,11 +97,11 @@ struct Highlights {
 /// A packet of neighbouring receivers, and the light added to them.
 class LitPacket {
 public:
-    LitPacket(const ShadowRays& rays, std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+    LitPacket(const ShadowRays& rays, std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
               std::span<Rgb> diffuse)
         : rays_(rays), receivers_(receivers), radiance_(radiance), diffuse_(diffuse) {
         specular_lobes_.reserve(receivers.size());
-        for (const SourceReceiver& receiver : receivers) specular_lobes_.emplace_back(receiver.brdf);
+        for (const ShadingPoint& receiver : receivers) specular_lobes_.emplace_back(receiver.brdf);
     }
 
     /// visibility  those of the cluster: by receiver, `step` apart; or empty.
@@ -187,7 +189,7 @@ std::vector<LightCluster> light_clusters(std::span<const DirectionalLight> light
 }
 
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
-                         std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+                         std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
                          std::span<Rgb> diffuse, std::span<ClusterVisibility> visibility) {
     assert(receivers.size() == radiance.size());
     assert(diffuse.empty() || diffuse.size() == radiance.size());

@@ -40,7 +40,7 @@ enum class ClusterVisibility : std::uint8_t {
 ///           (RMS) of the light of two suns around a post. Specular terms are omitted below 1/5,000 of their
 ///           peak.
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
-                         std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+                         std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
                          std::span<Rgb> diffuse = {}, std::span<ClusterVisibility> visibility = {});
 
 }  // namespace haarfield

@@ -20,7 +20,7 @@ struct LightContext {
 };
 
 LightTransfer::Colours colours_of(const Material& material) {
-    const VertexBrdf brdf = vertex_brdf(material, {});
+    const VertexBrdf brdf = surface_brdf<float>(material);
     return {brdf.diffuse, brdf.specular * (Rgb(1.0f) - brdf.metallic), brdf.specular * brdf.metallic};
 }
 

@@ -117,11 +117,11 @@ RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene
     const ShadedInstance& moving = scene.instances[transfer.instance];
     const Bounds& bounds = geometry.occluders[transfer.instance].coarse().bounds();
     const float reach = geometry.reach * bounds.radius();
-    if (!((moving.placement.point_to_turned(from.view.point) - bounds.centre()).length2() < reach * reach))
+    if (!((moving.placement.point_to_turned(from.point.outside) - bounds.centre()).length2() < reach * reach))
         return result;
-    if (is_below_horizon(geometry.occluders[transfer.instance].coarse(), moving.placement, from.view))
+    if (is_below_horizon(geometry.occluders[transfer.instance].coarse(), moving.placement, from.point))
         return result;
-    const FieldLookup lookup = field_lookup(transfer.around, moving, from.view);
+    const FieldLookup lookup = field_lookup(transfer.around, moving, from.point);
     result.at = lookup.samples;
     const auto first = lookup.planar ? 0u : transfer.around.planar.sample_count();
     for (std::size_t k = 0; k < std::size_t(result.at.count); ++k) {
@@ -222,7 +222,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
     result.viewpoints.resize(shaded.size());
     tbb::parallel_for(std::size_t(0), shaded.size(), [&](std::size_t i) {
         const auto [at, vertex] = rows[shaded[i]];
-        result.viewpoints[i] = {shaded[i], vertex_view(scene, scene.instances[at], vertex)};
+        result.viewpoints[i] = {shaded[i], shading_point(scene, scene.instances[at], vertex)};
     });
     return result;
 }

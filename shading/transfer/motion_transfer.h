@@ -19,7 +19,7 @@ struct MotionTransfer {
     /// A row that the moving instance may shade, with its view.
     struct Viewpoint {
         std::uint32_t row;
-        VertexView view;
+        ShadingPoint point;
     };
 
     std::size_t instance = 0;           ///< Index of the moving instance.

@@ -12,10 +12,9 @@ namespace haarfield {
 
 bool VertexTransfer::look_from(const InstanceVertex& at) {
     const ShadedInstance& instance = scene_.instances[at.instance];
-    const ShadedEntity& entity = scene_.entities[instance.entity];
-    const VertexView view = vertex_view(scene_, instance, at.vertex);
-    brdf = vertex_brdf(entity.materials[entity.mesh->vertex_materials[at.vertex]], view);
-    return visibility_.look(at.instance, at.vertex, view);
+    const ShadingPoint point = shading_point(scene_, instance, at.vertex);
+    brdf = point.brdf;
+    return visibility_.look(at.instance, at.vertex, point);
 }
 
 std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light,

@@ -15,19 +15,14 @@ constexpr std::size_t run = 64;  ///< In rows.
 /// The rows [first, end) that are not buried, with their receivers.
 struct RowRun {
     std::vector<std::uint32_t> rows;
-    std::vector<SourceReceiver> receivers;
+    std::vector<ShadingPoint> receivers;
 
     RowRun(const ShadedScene& scene, const VertexRows& all, std::size_t first, std::size_t end) {
         for (std::size_t row = first; row < end; ++row) {
             const InstanceVertex at = all[row];
             if (all.is_buried(at)) continue;
-            const ShadedInstance& instance = scene.instances[at.instance];
-            const ShadedEntity& entity = scene.entities[instance.entity];
-            const SurfacePoint point = surface_point(entity, at.vertex);
             rows.push_back(static_cast<std::uint32_t>(row));
-            receivers.push_back(
-                {instance.placement.point_to_world(point.sample),
-                 vertex_brdf(entity.materials[point.material], vertex_view(scene, instance, point))});
+            receivers.push_back(shading_point(scene, scene.instances[at.instance], at.vertex));
         }
     }
 };
@@ -214,7 +209,7 @@ Result<Done> SourceRows::add(const ShadowRays& rays, std::span<const Directional
 std::size_t SourceRows::bytes() const {
     std::size_t sum = 0;
     for (const Round& round : rounds_)
-        sum += round.rows.size() * (2 * sizeof(std::uint32_t) + sizeof(SourceReceiver)) +
+        sum += round.rows.size() * (2 * sizeof(std::uint32_t) + sizeof(ShadingPoint)) +
                round.neighbours.size() * sizeof(std::uint32_t);
     return sum;
 }
@@ -276,9 +271,7 @@ Result<Done> move_in_sources(const StaticSources& sources, const ShadedScene& sc
                     if (!may_meet(sphere, from, light.direction) ||
                         !geometry.rays.is_blocked(from, light.direction))
                         continue;
-                    if (!brdf)
-                        brdf = vertex_brdf(entity.materials[point.material],
-                                           vertex_view(scene, instance, point));
+                    if (!brdf) brdf = shading_point(scene, instance, point).brdf;
                     by_row[row] -= reflectance(*brdf, light.direction).total() * light.irradiance;
                 }
         }
@@ -337,13 +330,8 @@ Result<Done> add_source_specular(const SourceVisibility& visibility, const Shade
         for (const auto& [row, light] : visibility.blocks[block]) {
             const InstanceVertex at = rows[row];
             if (wanted && !(*wanted)[at.instance][at.vertex]) continue;
-            const ShadedInstance& instance = scene.instances[at.instance];
-            const ShadedEntity& entity = scene.entities[instance.entity];
-            const SurfacePoint point = surface_point(entity, at.vertex);
-            VertexBrdf brdf =
-                vertex_brdf(entity.materials[point.material], vertex_view(scene, instance, point));
-            brdf.diffuse = Rgb(0.0f);
-            by_row[row] += reflectance(brdf, light.direction).total() * light.irradiance;
+            const ShadingPoint point = shading_point(scene, scene.instances[at.instance], at.vertex);
+            by_row[row] += specular_reflectance(point.brdf, light.direction) * light.irradiance;
         }
     });
 }

@@ -36,7 +36,7 @@ private:
     struct Round {
         std::size_t first = 0;  ///< First place of the round; places are counted over all rounds.
         std::vector<std::uint32_t> rows;
-        std::vector<SourceReceiver> receivers;
+        std::vector<ShadingPoint> receivers;
         std::vector<std::uint32_t> neighbours;  ///< By row: places in earlier rounds, three or more or none.
         std::vector<std::uint32_t> end;         ///< End of each row's neighbours.
     };

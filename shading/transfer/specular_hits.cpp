@@ -28,7 +28,7 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
     for (const ShadedEntity& entity : scene.entities) {
         first_material.push_back(static_cast<std::uint32_t>(result.materials_.size()));
         for (const Material& material : entity.materials) {
-            const VertexBrdf brdf = vertex_brdf(material, {});
+            const VertexBrdf brdf = surface_brdf<float>(material);
             result.materials_.push_back({brdf.specular, brdf.metallic});
             has_metals = has_metals || brdf.metallic != Rgb(0.0f);
         }
@@ -75,20 +75,18 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
             const InstanceVertex at = rows[specular[k]];
             const ShadedInstance& instance = scene.instances[at.instance];
             const ShadedEntity& entity = scene.entities[instance.entity];
-            const SurfacePoint point = surface_point(entity, at.vertex);
-            const Vec3f from = instance.placement.point_to_world(point.sample);
-            visit_lobe_rays(
-                vertex_brdf(entity.materials[point.material], vertex_view(scene, instance, point)),
-                [&](const LobeRay& ray) {
-                    const std::optional<SurfaceHit> hit = surface.first_hit(scene, from, ray.direction);
-                    if (!hit || hit->is_back) return;
-                    const Hit made = hit_at(*hit, ray.weight);
-                    if (made.weight == 0) return;
-                    block.hits.push_back(made);
-                    if (has_metals) block.metallic.push_back(ray.metallic);
-                });
-            block.rows.push_back({specular[k], static_cast<std::uint32_t>(block.hits.size()),
-                                  first_material[instance.entity] + point.material});
+            const ShadingPoint point = shading_point(scene, instance, at.vertex);
+            visit_lobe_rays(point.brdf, [&](const LobeRay& ray) {
+                const std::optional<SurfaceHit> hit = surface.first_hit(scene, point.from, ray.direction);
+                if (!hit || hit->is_back) return;
+                const Hit made = hit_at(*hit, ray.weight);
+                if (made.weight == 0) return;
+                block.hits.push_back(made);
+                if (has_metals) block.metallic.push_back(ray.metallic);
+            });
+            block.rows.push_back(
+                {specular[k], static_cast<std::uint32_t>(block.hits.size()),
+                 first_material[instance.entity] + entity.mesh->vertex_materials[at.vertex]});
         }
         block.hits.shrink_to_fit();
         block.metallic.shrink_to_fit();

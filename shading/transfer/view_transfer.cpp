@@ -40,9 +40,7 @@ public:
             return rows_.append_empty();
         }
         // Replaces the lobe by a constant: exponent 0.
-        brdf.phong = 1;
-        brdf.shininess = 0;
-        brdf.blinn = 0;
+        brdf.lobes = {Lobe{.weight = 1, .exponent = 0}};
         brdf.mirror = brdf.normal;
         rows_.take(
             vertex_,
@@ -59,21 +57,13 @@ private:
     PrunedRows rows_;
 };
 
-/// Returns the exponent of a lobe about the mirror direction that replaces the lobe about the half vector.
-/// Both have the same width in the plane of incidence, where the half vector rotates half as far as the
-/// light.
-float mirror_exponent(const VertexBrdf& brdf) {
-    return std::max(1.0f, brdf.blinn_exponent / 4);
-}
-
 std::vector<float> specular_exponents(const ShadedScene& scene) {
     std::vector<float> exponents;
     for (const ShadedEntity& entity : scene.entities)
         for (const Material& material : entity.materials) {
-            const VertexBrdf brdf = vertex_brdf(material, {});
-            if (brdf.specular == Rgb(0.0f)) continue;
-            if (brdf.phong > 0) exponents.push_back(brdf.shininess);
-            if (brdf.blinn > 0) exponents.push_back(mirror_exponent(brdf));
+            const VertexBrdf brdf = surface_brdf<float>(material);
+            for (const Lobe& lobe : brdf.lobes)
+                if (brdf.has_specular() && lobe.weight > 0) exponents.push_back(lobe.mirror_exponent());
         }
     return exponents;
 }
@@ -92,9 +82,11 @@ void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction
 Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf, const Vec3f& normal,
                               const Vec3f& mirror) {
     Interpolation result;
-    if (brdf.phong > 0) add_lobe(vectors, brdf.shininess, mirror, brdf.phong, result);
-    if (brdf.blinn > 0)
-        add_lobe(vectors, mirror_exponent(brdf), mirror, brdf.blinn * normal.dot(mirror), result);
+    for (const Lobe& lobe : brdf.lobes)
+        if (lobe.weight > 0)
+            add_lobe(vectors, lobe.mirror_exponent(), mirror,
+                     lobe.axis == LobeAxis::half_vector ? lobe.weight * normal.dot(mirror) : lobe.weight,
+                     result);
     return result;
 }
 
@@ -104,7 +96,7 @@ void list_highlights(const ShadedScene& scene, const VertexRows& rows, ViewTrans
     for (const ShadedEntity& entity : scene.entities) {
         first.push_back(transfer.materials.size());
         for (const Material& material : entity.materials)
-            transfer.materials.push_back(vertex_brdf(material, {}));
+            transfer.materials.push_back(surface_brdf<float>(material));
     }
     for (std::size_t row = 0; row < rows.count(); ++row) {
         if (transfer.specular.is_empty(row)) continue;

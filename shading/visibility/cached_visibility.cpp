@@ -126,7 +126,7 @@ Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const 
         [&]() -> VertexVisitor {
             return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
                 if (worker->memory.is_full()) return;
-                const bool sees = worker->visibility.look(i, v, vertex_view(scene, scene.instances[i], v));
+                const bool sees = worker->visibility.look(i, v, shading_point(scene, scene.instances[i], v));
                 result.products_[i][v] = sees ? kept(worker->visibility, worker->memory) : &no_visibility;
             };
         },

@@ -62,7 +62,7 @@ bool PlacedSolids::contain(const ShadedScene& scene, std::size_t instance, const
     const ShadedInstance& placed = scene.instances[instance];
     // Occlusion by other instances is evaluated next to the sample.
     return contain(placed.placement.point_to_world(point.sample), instance) ||
-           contain(vertex_view(scene, placed, point).point, instance);
+           contain(shading_point(scene, placed, point).outside, instance);
 }
 
 std::vector<std::uint8_t> PlacedSolids::buried_vertices(const ShadedScene& scene, std::size_t instance,

@@ -38,8 +38,8 @@ bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
     return highest <= 0;
 }
 
-bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const VertexView& view) {
-    const float height = instance.placement.point_to_turned(view.position).y - field.planar.centre.y;
+bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const ShadingPoint& at) {
+    const float height = instance.placement.point_to_turned(at.position).y - field.planar.centre.y;
     return std::abs(height) <= on_ground * field.bounds.radius();
 }
 
@@ -214,24 +214,24 @@ std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {
 }
 
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
-                         const VertexView& view) {
-    const Vec3f point = instance.placement.point_to_turned(view.point);
-    if (is_on_ground(field, instance, view)) return {true, field.planar.interpolation(point)};
+                         const ShadingPoint& at) {
+    const Vec3f point = instance.placement.point_to_turned(at.outside);
+    if (is_on_ground(field, instance, at)) return {true, field.planar.interpolation(point)};
     return {false, field.spherical.interpolation(point)};
 }
 
-bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view) {
-    return lies_below(coarse.bounds(), placement.point_to_turned(view.point), view.normal);
+bool is_below_horizon(const Occluder& coarse, const Placement& placement, const ShadingPoint& at) {
+    return lies_below(coarse.bounds(), placement.point_to_turned(at.outside), at.brdf.normal);
 }
 
 InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& geometry,
-                               std::size_t instance, const VertexView& view) {
+                               std::size_t instance, const ShadingPoint& at) {
     const ShadingGeometry::Instance& seen = geometry.instances[instance];
     const ShadedInstance& placed = scene.instances[instance];
-    const Vec3f to_middle = seen.middle - view.point;
+    const Vec3f to_middle = seen.middle - at.outside;
     const float squared_distance = to_middle.length2(), reach = geometry.reach * seen.radius;
-    if (!(squared_distance < reach * reach) || to_middle.dot(view.normal) <= -seen.radius ||
-        is_below_horizon(geometry.occluders[instance].coarse(), placed.placement, view))
+    if (!(squared_distance < reach * reach) || to_middle.dot(at.brdf.normal) <= -seen.radius ||
+        is_below_horizon(geometry.occluders[instance].coarse(), placed.placement, at))
         return {OcclusionKind::open};
     const float share = squared_distance / (seen.nearer * seen.nearer);
     if (share >= 1) return {OcclusionKind::distant};
@@ -239,8 +239,8 @@ InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& 
 
     const VisibilityField& field = *scene.entities[placed.entity].field;
     const ShadingGeometry::Entity& prepared = geometry.entities[placed.entity];
-    const bool planar = is_on_ground(field, placed, view);
-    const Vec3f from_centre = placed.placement.point_to_object(view.point) -
+    const bool planar = is_on_ground(field, placed, at);
+    const Vec3f from_centre = placed.placement.point_to_object(at.outside) -
                               (planar ? field.planar.centre : field.spherical.centre);
     const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around,
                 exact_share = from_centre.length2() / (exact_distance * exact_distance);

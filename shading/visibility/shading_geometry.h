@@ -1,5 +1,5 @@
 #pragma once
-/// Geometry prepared once for the objects of a scene, independent of light and view.
+/// Geometry prepared once for the objects of a scene, independent of light and at.
 
 #include <optional>
 
@@ -93,12 +93,12 @@ struct FieldLookup {
 };
 /// Returns the samples of an instance's field that a vertex interpolates.
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
-                         const VertexView& view);
+                         const ShadingPoint& at);
 
 /// Tests whether an instance lies below a vertex's horizon and occludes nothing.
 ///
 /// coarse  of the instance, rotated.
-bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view);
+bool is_below_horizon(const Occluder& coarse, const Placement& placement, const ShadingPoint& at);
 
 /// The representation by which a vertex evaluates an instance.
 enum class OcclusionKind : std::uint8_t {
@@ -116,6 +116,6 @@ struct InstanceOcclusion {
 
 /// Returns the representation by which a vertex evaluates an instance.
 InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& geometry,
-                               std::size_t instance, const VertexView& view);
+                               std::size_t instance, const ShadingPoint& at);
 
 }  // namespace haarfield

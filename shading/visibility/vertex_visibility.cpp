@@ -11,83 +11,83 @@ void VertexVisibility::add_tree(const WideCubemap<std::uint8_t>& tree, float wei
     trees_.back().parts = {parts_.data() + parts_.size() - count, count};
 }
 
-void VertexVisibility::clear(const VertexView& view) {
+void VertexVisibility::clear(const ShadingPoint& point) {
     trees_.clear();
     parts_.clear();
     cones_.clear();
     candidates_.clear();
     rasterized_.clear();
     distant_.clear();
-    parts_.reserve(2 + 8 * geometry_.grid.near(view.point).size());  // Keeps spans of its elements valid.
+    parts_.reserve(2 + 8 * geometry_.grid.near(point.outside).size());  // Keeps spans of its elements valid.
 }
 
-bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const VertexView& view) {
+bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const ShadingPoint& point) {
     const ShadedInstance& placed = scene_.instances[instance];
     if (!is_identity(placed.placement.rotate))
-        return look(instance, surface_point(scene_.entities[placed.entity], vertex), view);
-    clear(view);
+        return look(instance, surface_point(scene_.entities[placed.entity], vertex), point);
+    clear(point);
     trees_.emplace_back();
     add_tree(geometry_.entities[placed.entity].visibility.local(vertex), 1);
-    return add_occlusion_by_others(instance, view);
+    return add_occlusion_by_others(instance, point);
 }
 
-bool VertexVisibility::look(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
-    clear(view);
+bool VertexVisibility::look(std::size_t instance, const SurfacePoint& surface, const ShadingPoint& point) {
+    clear(point);
     rasterized_.push_back({&geometry_.occluders[instance].own(),
-                           scene_.instances[instance].placement.rotate(point.sample), &view.normal});
-    return add_occlusion_by_others(instance, view);
+                           scene_.instances[instance].placement.rotate(surface.sample), &point.brdf.normal});
+    return add_occlusion_by_others(instance, point);
 }
 
-bool VertexVisibility::add_occlusion_by_others(std::size_t instance, const VertexView& view) {
-    for (const std::uint32_t i : geometry_.grid.near(view.point))
-        if (i != instance && i != without_ && !add_occlusion_by(i, view)) return false;
-    choose_candidates(view);
+bool VertexVisibility::add_occlusion_by_others(std::size_t instance, const ShadingPoint& point) {
+    for (const std::uint32_t i : geometry_.grid.near(point.outside))
+        if (i != instance && i != without_ && !add_occlusion_by(i, point)) return false;
+    choose_candidates(point);
     is_made_ = !rasterized_.empty() || !distant_.empty();
     if (!is_made_) return true;
     const std::span<std::uint8_t> texels = seen_.texels(rasterized_);
     for (const std::uint32_t i : distant_)
-        geometry_.impostors[scene_.instances[i].entity]->hide(scene_.instances[i].placement, view.point,
+        geometry_.impostors[scene_.instances[i].entity]->hide(scene_.instances[i].placement, point.outside,
                                                               texels);
     trees_.emplace_back();
     add_tree(seen_.tree(), 1);
     return true;
 }
 
-bool VertexVisibility::add_occlusion_by(std::uint32_t instance, const VertexView& view) {
-    const auto [visibility, share] = occlusion_of(scene_, geometry_, instance, view);
+bool VertexVisibility::add_occlusion_by(std::uint32_t instance, const ShadingPoint& point) {
+    const auto [visibility, share] = occlusion_of(scene_, geometry_, instance, point);
     if (visibility == OcclusionKind::open) return true;
     if (visibility == OcclusionKind::distant) {
-        add_impostor(instance, view);
+        add_impostor(instance, point);
         return true;
     }
     const ShadedInstance& other = scene_.instances[instance];
     const ShadingGeometry::Instance& seen = geometry_.instances[instance];
     const bool by_cones = !seen.polygons.empty();
     if (visibility == OcclusionKind::sampled || (!rasterizes_ && !by_cones && !seen.is_turned)) {
-        look_up(other, view);
+        look_up(other, point);
         return true;
     }
     const EntityOcclusion& occlusion = *scene_.entities[other.entity].occlusion;
     if (occlusion.coarse().one_sided() > 0 &&
-        occlusion.in_coarse()(other.placement.point_to_object(view.point)))
+        occlusion.in_coarse()(other.placement.point_to_object(point.outside)))
         return false;
     if (by_cones)
-        add_cones(seen.polygons, other.placement.point_to_turned(view.point), cones_);
+        add_cones(seen.polygons, other.placement.point_to_turned(point.outside), cones_);
     else
         candidates_.push_back({share, instance});
     return true;
 }
 
-void VertexVisibility::add_impostor(std::uint32_t instance, const VertexView& view) {
+void VertexVisibility::add_impostor(std::uint32_t instance, const ShadingPoint& point) {
     if (geometry_.impostors[scene_.instances[instance].entity])
         distant_.push_back(instance);
     else
-        look_up(scene_.instances[instance], view);
+        look_up(scene_.instances[instance], point);
 }
 
-void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& view) {
+void VertexVisibility::look_up(const ShadedInstance& other, const ShadingPoint& point) {
     const WideVisibility& visibility = geometry_.entities[other.entity].visibility;
-    const auto [planar, samples] = field_lookup(*scene_.entities[other.entity].field, other, view);
+    const auto [planar, samples] = field_lookup(*scene_.entities[other.entity].field, other, point);
     if (samples.count == 0) return;
     trees_.emplace_back().constant = samples.open;
     for (std::size_t k = 0; k < std::size_t(samples.count); ++k)
@@ -95,7 +95,7 @@ void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& vi
                  samples.weight[k]);
 }
 
-void VertexVisibility::choose_candidates(const VertexView& view) {
+void VertexVisibility::choose_candidates(const ShadingPoint& point) {
     if (candidates_.size() > geometry_.most_rasterized) {
         const auto end = candidates_.begin() + std::ptrdiff_t(geometry_.most_rasterized);
         std::nth_element(candidates_.begin(), end, candidates_.end(),
@@ -107,20 +107,20 @@ void VertexVisibility::choose_candidates(const VertexView& view) {
                   [](const Candidate& a, const Candidate& b) { return a.instance < b.instance; });
         for (auto farther = end; farther != candidates_.end(); ++farther)
             if (geometry_.instances[farther->instance].is_turned)
-                add_impostor(farther->instance, view);
+                add_impostor(farther->instance, point);
             else
-                look_up(scene_.instances[farther->instance], view);
+                look_up(scene_.instances[farther->instance], point);
         candidates_.erase(end, candidates_.end());
     }
-    for (const Candidate& candidate : candidates_) rasterize(candidate.instance, view);
+    for (const Candidate& candidate : candidates_) rasterize(candidate.instance, point);
 }
 
-void VertexVisibility::rasterize(std::uint32_t instance, const VertexView& view) {
+void VertexVisibility::rasterize(std::uint32_t instance, const ShadingPoint& point) {
     const Occluder& occluder = geometry_.occluders[instance].coarse();
-    const Vec3f point = scene_.instances[instance].placement.point_to_turned(view.point);
+    const Vec3f from = scene_.instances[instance].placement.point_to_turned(point.outside);
     // The test for triangles below the horizon has a cost.
-    const bool mostly_below = (occluder.bounds().centre() - point).dot(view.normal) < 0;
-    rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
+    const bool mostly_below = (occluder.bounds().centre() - from).dot(point.brdf.normal) < 0;
+    rasterized_.push_back({&occluder, from, mostly_below ? &point.brdf.normal : nullptr});
 }
 
 }  // namespace haarfield

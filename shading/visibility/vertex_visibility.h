@@ -33,12 +33,12 @@ public:
     /// Evaluates the visibility at a point of an instance. Returns false if the point is inside another
     /// instance, where all directions are blocked.
     ///
-    /// point  in the entity's frame; `view` is its view.
-    bool look(std::size_t instance, const SurfacePoint& point, const VertexView& view);
+    /// surface  in the entity's frame; `point` is the same point in the world.
+    bool look(std::size_t instance, const SurfacePoint& surface, const ShadingPoint& point);
 
     /// Evaluates the visibility at a vertex. Faster than for a point, as it uses the tree of the vertex's
     /// local visibility unless the instance is rotated.
-    bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view);
+    bool look(std::size_t instance, std::uint32_t vertex, const ShadingPoint& point);
 
     /// Returns the visibility that was evaluated last; valid until the next evaluation.
     VisibilityProduct visibility() const { return {trees_, cones_}; }
@@ -55,15 +55,15 @@ private:
         std::uint32_t instance;
     };
 
-    void clear(const VertexView& view);
-    bool add_occlusion_by_others(std::size_t instance, const VertexView& view);
+    void clear(const ShadingPoint& point);
+    bool add_occlusion_by_others(std::size_t instance, const ShadingPoint& point);
     /// Adds an instance as cones, samples or impostors, or to the candidates. Returns false if the vertex is
     /// inside it.
-    bool add_occlusion_by(std::uint32_t instance, const VertexView& view);
-    void look_up(const ShadedInstance& other, const VertexView& view);
-    void add_impostor(std::uint32_t instance, const VertexView& view);
-    void choose_candidates(const VertexView& view);
-    void rasterize(std::uint32_t instance, const VertexView& view);
+    bool add_occlusion_by(std::uint32_t instance, const ShadingPoint& point);
+    void look_up(const ShadedInstance& other, const ShadingPoint& point);
+    void add_impostor(std::uint32_t instance, const ShadingPoint& point);
+    void choose_candidates(const ShadingPoint& point);
+    void rasterize(std::uint32_t instance, const ShadingPoint& point);
     void add_tree(const WideCubemap<std::uint8_t>& tree, float weight);
 
     const ShadedScene& scene_;

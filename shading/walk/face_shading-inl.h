@@ -38,6 +38,26 @@ struct BlockDirections {
     }
 };
 
+HWY_INLINE Cells power(const Cells& base, const Cells& exponent) {
+    return exponential(exponent * logarithm_near_one(base));
+}
+
+#include "shading/walk/lobe_mean-inl.h"
+
+/// The cells of a block with their cosines; see lobe_mean.
+struct CellsOfLobe {
+    const BlockDirections& directions;
+    const Cells &cosine, &aligned;
+    const Vec3f &to_eye, &across_plane, &axis;
+
+    static HWY_INLINE Cells all(float x) { return all_cells(x); }
+    HWY_INLINE const Cells& mirror() const { return aligned; }
+    HWY_INLINE Cells eye_square() const { return all_cells(2) + all_cells(2) * directions.dot(to_eye); }
+    HWY_INLINE Cells eye_normal() const { return cosine + all_cells(axis.dot(to_eye)); }
+    HWY_INLINE Cells across() const { return directions.dot(across_plane); }
+    HWY_INLINE Cells spread() const { return directions.spread(); }
+};
+
 /// Properties of a block, known from the cell of its parent.
 struct BlockAhead {
     bool at_horizon = true;         ///< The horizon may cross the block; else the block lies above it.
@@ -51,7 +71,7 @@ struct BlockAhead {
 /// The properties of all blocks in the cells of a block.
 struct CellsAhead {
     unsigned at_horizon = 0, may_be_covered = 0;
-    std::array<unsigned, 2> specular_lobes{};
+    std::array<unsigned, most_lobes> specular_lobes{};
 };
 
 /// A BRDF over a block's cells, without its colours.
@@ -187,8 +207,9 @@ public:
 
         BlockAhead ahead(unsigned cell) const {
             BlockAhead result{(below.at_horizon >> cell & 1u) != 0, (below.may_be_covered >> cell & 1u) != 0,
-                              (below.specular_lobes[0] >> cell & 1u) | (below.specular_lobes[1] >> cell & 1u)
-                                                                           << 1};
+                              0};
+            for (std::size_t i = 0; i < most_lobes; ++i)
+                result.specular_lobes |= (below.specular_lobes[i] >> cell & 1u) << i;
             if constexpr (Reflected::holds_cosine) result.held_cosine = held[cell];
             return result;
         }
@@ -428,27 +449,10 @@ private:
         return smaller(larger(half * cosine * d.inverse_extent() + half, all_cells(0)), one);
     }
 
-    /// Computes the mean of a lobe over the cells; see vertex_shading.h.
+    /// Computes the mean of a lobe over the cells.
     HWY_INLINE Cells lobe_cells(const SpecularLobe& lobe, const BlockDirections& d, const Cells& cosine,
                                 const Cells& aligned) const {
-        if (lobe.exponent == 0) return all_cells(1);
-        const Cells n = all_cells(lobe.exponent), one = all_cells(1);
-        const Cells energy = all_cells(1 / (lobe.exponent + 1));
-        if (!lobe.about_half_vector) {
-            const Cells m = n / (one + n * d.spread());
-            return (m + one) * energy * exponential(m * logarithm_near_one(aligned));
-        }
-        // |V + w| = 2 V.H; from it follow N.H and the component of H across the plane of incidence.
-        const Cells two = all_cells(2), square = larger(two + two * d.dot(to_eye_), all_cells(1e-4f));
-        const Cells inverse = one / square_root(square);
-        const Cells height = (cosine + all_cells(normal_.dot(to_eye_))) * inverse;
-        const Cells across = d.dot(across_) * inverse;
-        const Cells share_across =
-            smaller(across * across / larger(one - height * height, all_cells(1e-6f)), one);
-        const Cells m = n / (one + n * d.spread() * all_cells(0.25f)),
-                    m_across = n / (one + n * d.spread() / square);
-        return square_root((m + one) * (m_across + one)) * energy *
-               exponential((m + (m_across - m) * share_across) * logarithm_near_one(height));
+        return lobe_mean<Cells>(lobe, CellsOfLobe{d, cosine, aligned, to_eye_, across_, normal_});
     }
 
     /// Computes 1 - F of a metal, metallic_fresnel: within 2e-4.

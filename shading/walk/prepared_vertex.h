@@ -17,9 +17,7 @@ inline constexpr float lobe_varies = 4e-3f;
 inline constexpr float lobe_of_terms_varies = 0.03f;
 
 /// One of a vertex's specular lobes, and the directions in which it is evaluated.
-struct SpecularLobe {
-    float weight = 0, exponent = 1;  ///< Exponent 0: constant.
-    bool about_half_vector = false;
+struct SpecularLobe : Lobe {
     /// By level: cosines of the angle between mirror direction and centre of a cell. Above `near`, the lobe
     /// is nonzero somewhere in the cell; above `curved`, it varies within it.
     std::array<float, 4> near{}, curved{};
@@ -32,8 +30,8 @@ struct SpecularLobe {
         near.fill(exponent == 0 ? -2.0f : 0.0f);
         curved.fill(2);
         if (exponent == 0) return;
-        const Reach zero(std::pow(lobe_zero, 1 / exponent), about_half_vector),
-            varying(std::pow(varies, 1 / exponent), about_half_vector);
+        const Reach zero(std::pow(lobe_zero, 1 / exponent), axis == LobeAxis::half_vector),
+            varying(std::pow(varies, 1 / exponent), axis == LobeAxis::half_vector);
         for (int level = 0; level <= last_level; ++level) {
             near[std::size_t(level)] = zero.cosine_beyond(directions, level);
             curved[std::size_t(level)] = varying.cosine_beyond(directions, level);
@@ -82,22 +80,17 @@ struct PreparedVertex {
           brdf(vertex.brdf),
           visibility(vertex.visibility),
           varies(lobes_vary),
-          is_metallic(brdf.metallic != Rgb(0.0f)),
-          to_eye(brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror),
+          is_metallic(brdf.is_metallic()),
+          to_eye(brdf.eye()),
           across(brdf.normal.cross(to_eye).normalized()) {
         assert(last_level >= 0);
-        if (brdf.specular != Rgb(0.0f)) {
-            if (brdf.phong > 0)
-                specular_lobes_[specular_lobe_count_++] = {.weight = brdf.phong, .exponent = brdf.shininess};
-            if (brdf.blinn > 0)
-                specular_lobes_[specular_lobe_count_++] = {
-                    .weight = brdf.blinn, .exponent = brdf.blinn_exponent, .about_half_vector = true};
+        float energy = 0;  // Mean over the sphere.
+        for (const Lobe& lobe : brdf.lobes) {
+            if (!brdf.has_specular() || !(lobe.weight > 0)) continue;
+            specular_lobes_[specular_lobe_count_] = {lobe};
+            specular_lobes_[specular_lobe_count_++].look_for(directions, last_level, varies);
+            energy += lobe.weight * lobe.mean_over_power() / (2 * (lobe.exponent + 1));
         }
-        for (std::size_t i = 0; i < specular_lobe_count_; ++i)
-            specular_lobes_[i].look_for(directions, last_level, varies);
-        float energy = 0;  // Mean over the sphere; the half vector rotates half as far.
-        for (const SpecularLobe& lobe : specular_lobes())
-            energy += lobe.weight * (lobe.about_half_vector ? 4.0f : 1.0f) / (2 * (lobe.exponent + 1));
         for (int level = 0; level <= last_level; ++level) {
             margin[std::size_t(level)] = directions.sine(level);
             const auto cells = static_cast<float>(cubemap_faces << (4 * (level + 1)));
@@ -111,7 +104,7 @@ struct PreparedVertex {
     }
 
 private:
-    std::array<SpecularLobe, 2> specular_lobes_;
+    std::array<SpecularLobe, most_lobes> specular_lobes_;
     std::size_t specular_lobe_count_ = 0;
 };
 

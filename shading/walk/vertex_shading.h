@@ -2,29 +2,13 @@
 /// The radiance of one vertex: the product of lighting, BRDF, cosine and all visibilities in one traversal.
 
 #include "shading/walk/blocked_cones.h"
+#include "shading/walk/brdf.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/light_pyramid.h"
-#include "shading/walk/outgoing.h"
 #include "shading/walk/wavelet_blocks.h"
 #include "shading/walk/wide_walk.h"
 
 namespace haarfield {
-
-/// BRDF of a vertex. From incident radiance L it computes
-///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) lobe c ] dw,
-///     lobe = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent.
-/// If the specular term is cosine-weighted, c is max(0,N.w), otherwise 1 above and 0 below the horizon. H and
-/// F are defined in material.h.
-struct VertexBrdf {
-    Vec3f normal;                    ///< N.
-    Vec3f mirror;                    ///< R: the view direction, mirrored about the normal.
-    Rgb diffuse{0.0f};               ///< Albedo / pi. [1/sr]
-    Rgb specular{0.0f};              ///< Including its normalisation. [1/sr]
-    float phong = 1, shininess = 1;  ///< Shininess 0: constant.
-    float blinn = 0, blinn_exponent = 20;
-    Rgb metallic{0.0f};  ///< Fraction of specular light that a metal absorbs along N. In [0, 1].
-    bool cosine_weighted = false;
-};
 
 /// The visibility of a vertex around all objects, as a product.
 struct VisibilityProduct {
@@ -49,12 +33,8 @@ struct ShadedVertex {
 ///               at grazing view).
 /// cost          some microseconds; see product_integral. A vertex without specular reflection costs less.
 /// source        as product_integral. Cosine and lobe are not stored but evaluated at the cells of the walk.
-///               The mean of a cosine over a cell is the cosine of the mean direction. The mean of a lobe
-///               cos^n over a cell whose directions have variance s is about cos^m at the cell's middle, with
-///               1/m = 1/n + s and the same energy: the variances of narrow functions add under
-///               convolution. For the lobe about H the approximation is made in H. There the
-///               variance is s / 4 in the plane of incidence, and s / (2 V.H)^2 perpendicular to it, where V
-///               is the view direction.
+///               The mean of a cosine over a cell is the cosine of the mean direction. For the mean of a
+///               lobe see lobe_mean-inl.h.
 Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
                            WalkMemory<std::uint8_t>& memory);
 

@@ -36,7 +36,7 @@ public:
     std::vector<std::vector<float>> operator()(const VertexIndex& index, VertexTexels& vertex) {
         const ShadedInstance& instance = scene_.instances[index.instance];
         const EntityOcclusion& own = *scene_.entities[instance.entity].occlusion;
-        const VertexView view = vertex_view(scene_, instance, index.vertex);
+        const VertexBrdf view = shading_point(scene_, instance, index.vertex).brdf;
         const Vec3f local = own.samples().points[index.vertex];
         vertex = {index.instance, instance.placement.point_to_world(local), view.normal, view.mirror, {}};
         if (own.samples().buried[index.vertex]) return {};

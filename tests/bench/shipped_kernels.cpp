@@ -27,8 +27,7 @@ public:
             brdf.mirror = (random_direction(random) + brdf.normal).normalized();
             brdf.diffuse = Rgb(0.3f, 0.2f, 0.1f);
             brdf.specular = Rgb(0.1f, 0.2f, 0.3f);
-            brdf.shininess = 30;
-            brdf.blinn = 0.5f;
+            brdf.lobes = {{{LobeAxis::mirror, 1, 30}, {LobeAxis::half_vector, 0.5f, 20}}};
         }
     }
     void shade() {
