@@ -4,6 +4,9 @@
 #include "fields/base/range.h"
 #include "scenes/scene.h"
 
+#include <array>
+#include <optional>
+
 namespace haarfield {
 
 inline constexpr Range albedos{0, 1};         ///< Of a surface.
@@ -30,6 +33,40 @@ void take_povray_finish(Reader& finish, SceneMaterial& material) {
     material.diffuse = material.pigment * diffuse;
     material.emission = material.pigment * emission;
     material.specular = Rgb(material.phong > 0 || material.blinn > 0 ? 1.0f : 0.0f);
+}
+
+/// A key of a finish with its value.
+struct FinishKey {
+    const char* key;
+    float value;
+    bool matters;  ///< False if the material is the same without the key.
+};
+using FinishKeys = std::array<FinishKey, 7>;
+
+/// Returns the finish of a material next to its pigment; nothing if a finish cannot express the material.
+/// Diffuse reflection and emission must be multiples of the pigment, and specular light white.
+inline std::optional<FinishKeys> finish_of(const SceneMaterial& material) {
+    const bool has_phong = material.phong > 0, has_blinn = material.blinn > 0;
+    if (material.convention != LobeConvention::povray ||
+        material.specular != Rgb(has_phong || has_blinn ? 1.0f : 0.0f))
+        return std::nullopt;
+    const auto multiple = [&](const Rgb& colour) {
+        float share = 0;
+        for (int c = 0; c < 3; ++c)
+            if (material.pigment[c] > 0) share = std::max(share, colour[c] / material.pigment[c]);
+        return share;
+    };
+    const float diffuse = multiple(material.diffuse), emission = multiple(material.emission);
+    if (!((material.diffuse - material.pigment * diffuse).length() <= 1e-6f) ||
+        !((material.emission - material.pigment * emission).length() <= 1e-6f))
+        return std::nullopt;
+    return FinishKeys{{{"diffuse", diffuse, true},
+                       {"phong", material.phong, has_phong},
+                       {"phong_size", material.shininess, has_phong},
+                       {"specular", material.blinn, has_blinn},
+                       {"roughness", material.roughness, has_blinn},
+                       {"metallic", material.metallic, material.metallic > 0},
+                       {"emission", emission, emission > 0}}};
 }
 
 }  // namespace haarfield

@@ -1,5 +1,7 @@
 #include "scenes/scene_writer.h"
 
+#include "scenes/povray_finish.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -100,44 +102,18 @@ std::string environment_text(const EnvironmentDescription& environment, const st
     return text + "\n";
 }
 
-/// Tests whether `finish` can express a material: diffuse and emission are multiples of the pigment, specular
-/// is white.
-bool is_finish(const SceneMaterial& material) {
-    if (material.convention != LobeConvention::povray) return false;
-    const auto is_multiple = [&](const Rgb& colour) {
-        float share = 0;
-        for (int c = 0; c < 3; ++c)
-            if (material.pigment[c] > 0) share = std::max(share, colour[c] / material.pigment[c]);
-        return (colour - material.pigment * share).length() <= 1e-6f;
-    };
-    const bool shines = material.phong > 0 || material.blinn > 0;
-    return is_multiple(material.diffuse) && is_multiple(material.emission) &&
-           material.specular == Rgb(shines ? 1.0f : 0.0f);
-}
-
-float share_of(const Rgb& colour, const Rgb& pigment) {
-    for (int c = 0; c < 3; ++c)
-        if (pigment[c] > 0) return colour[c] / pigment[c];
-    return 0;
-}
-
 std::string material_text(const std::string& name, const SceneMaterial& material,
                           const std::filesystem::path& folder) {
     std::string text = fmt::format("[materials.{}]\n", key_text(name));
-    if (is_finish(material)) {
+    if (const std::optional<FinishKeys> finish = finish_of(material)) {
         text += material.image.empty()
                     ? fmt::format("pigment = {}\n", list_of(material.pigment))
                     : fmt::format("pigment = {{ image = {}, colour = {} }}\n",
                                   path_text(material.image, folder), list_of(material.pigment));
-        std::string finish = fmt::format("diffuse = {}", share_of(material.diffuse, material.pigment));
-        if (material.phong > 0)
-            finish += fmt::format(", phong = {}, phong_size = {}", material.phong, material.shininess);
-        if (material.blinn > 0)
-            finish += fmt::format(", specular = {}, roughness = {}", material.blinn, material.roughness);
-        if (material.metallic > 0) finish += fmt::format(", metallic = {}", material.metallic);
-        if (material.glows())
-            finish += fmt::format(", emission = {}", share_of(material.emission, material.pigment));
-        return text + fmt::format("finish = {{ {} }}\n\n", finish);
+        std::string keys;
+        for (const auto& [key, value, matters] : *finish)
+            if (matters) keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", key, value);
+        return text + fmt::format("finish = {{ {} }}\n\n", keys);
     }
     text += fmt::format("diffuse = {}\n", list_of(material.diffuse));
     if (material.specular != Rgb(0.0f))

@@ -80,19 +80,22 @@ TEST(ThreadCount, IsRespectedByEveryComputation) {
 
         RelightSession session(shaded, settings, {});
         TexturedSession seen(shaded, surfaces_of(entities), settings);
-        const auto check_session = [&](auto& of, const std::string& what) {
-            EXPECT_TRUE(of.prepare(watch.progress())) << what;
-            EXPECT_TRUE(of.vary_light(watch.progress())) << what;
-            EXPECT_TRUE(of.frame(FrameQuality::still, watch.progress())) << what;
-            EXPECT_TRUE(of.vary_eye(watch.progress())) << what;
-            EXPECT_TRUE(of.frame(FrameQuality::still, watch.progress())) << what;
-            EXPECT_TRUE(of.vary_instance(1, watch.progress())) << what;
-            EXPECT_TRUE(of.frame(FrameQuality::moving, watch.progress())) << what;
-            EXPECT_TRUE(of.commit(watch.progress())) << what;
+        const auto check_session = [&](const auto& call, const std::string& what) {
+            EXPECT_TRUE(call(&RelightSession::prepare, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::vary_light, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::still, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::vary_eye, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::still, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::vary_instance, std::size_t(1), watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::moving, watch.progress())) << what;
+            EXPECT_TRUE(call(&RelightSession::commit, watch.progress())) << what;
             watch.check("after frames of a " + what);
         };
-        check_session(session, "RelightSession");
-        check_session(seen, "TexturedSession");
+        check_session(
+            [&](const auto& act, const auto&... with) { return std::invoke(act, session, with...); },
+            "RelightSession");
+        check_session([&](const auto& act, const auto&... with) { return seen.both(act, with...); },
+                      "TexturedSession");
         EXPECT_GT(watch.checks(), 20u);
         EXPECT_EQ(watch.wrong(), std::set<std::string>());
     });

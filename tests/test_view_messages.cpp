@@ -155,7 +155,11 @@ TEST(ViewMessages, MaterialsGoToPagesAndBack) {
     finish.shininess = 40;
     finish.blinn = 0.5f;
     finish.roughness = 0.125f;
-    for (const SceneMaterial& material : {plain, finish}) {
+    SceneMaterial tinted = finish;  // A finish has white specular light.
+    tinted.pigment = Rgb(1.0f);
+    tinted.specular = {1, 0.5f, 0.5f};
+    tinted.blinn = 0;
+    for (const SceneMaterial& material : {plain, finish, tinted}) {
         nlohmann::json text = json_of(material);
         text["type"] = "material";
         text["name"] = "oak";

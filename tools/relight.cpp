@@ -51,14 +51,16 @@ public:
         const bool is_picture = stage_.options.format != "povray";
         TexturedSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
-            HF_TRY_DONE(timed(
-                [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); }));
+            HF_TRY_DONE(timed([&] {
+                return mode.in_full ? session.both(&RelightSession::commit, progress)
+                                    : session.both(&RelightSession::frame, quality, progress);
+            }));
         }
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
         Result<Done> shaded = Done{};
         std::vector<BakedInstance> instances = displayed_instances();
         const auto shade_seen = [&](const VertexMask& seen) {
-            shaded = timed([&] { return session.frame_of(seen, quality, progress); });
+            shaded = timed([&] { return session.both(&RelightSession::frame_of, seen, quality, progress); });
             if (shaded) std::ranges::copy(displayed_instances(), instances.begin());
             return bool(shaded);
         };
@@ -196,7 +198,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     HF_TRY(const RelightMode mode, chosen_mode(stage));
 
     const Stopwatch watch;
-    HF_TRY_DONE(relight.prepare(context.progress));
+    HF_TRY_DONE(relight.both(&RelightSession::prepare, context.progress));
     const RunTime for_scene = watch.elapsed();
     HF_TRY_DONE(mode.prepare(context.progress));
     const RunTime setup = watch.elapsed(), for_vectors = setup - for_scene;

@@ -4,6 +4,8 @@
 #include "scenes/scene_entities.h"
 #include "shading/transfer/relight_session.h"
 
+#include <functional>
+
 namespace haarfield {
 
 /// The surfaces of each entity of a scene.
@@ -18,37 +20,36 @@ public:
     TexturedSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
                     const RenderSettings& settings, const TransferSettings& transfer = {});
 
+    /// Calls a member function of RelightSession, with all of its arguments, for both sessions:
+    /// `both(&RelightSession::set_eye, eye)`. Returns the result of the first session. If it is an error,
+    /// the second session is not called.
+    template <class Function, class... Arguments>
+    std::invoke_result_t<Function, RelightSession&, const Arguments&...> both(Function function,
+                                                                              const Arguments&... arguments) {
+        using Value = std::invoke_result_t<Function, RelightSession&, const Arguments&...>;
+        if constexpr (std::is_same_v<Value, Result<Done>>) {
+            HF_TRY_DONE(std::invoke(function, all_, arguments...));
+            return matte_ ? std::invoke(function, *matte_, arguments...) : Done{};
+        } else {
+            if (matte_) std::invoke(function, *matte_, arguments...);
+            return std::invoke(function, all_, arguments...);
+        }
+    }
+
     /// @name As in RelightSession.
     /// @{
-    Result<Done> prepare(const Progress& progress);
-    Result<Done> vary_light(const Progress& progress);
-    Result<Done> vary_eye(const Progress& progress);
-    Result<Done> vary_lamps(const Progress& progress);
-    Result<Done> vary_instance(std::size_t instance, const Progress& progress);
-    void show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights);
-    void set_environment(const Environment& environment);
-    void turn_environment(const Rotation& rotation);
-    void set_lamps(const std::vector<Lamp>& lamps);
-    void set_eye(const Vec3f& eye);
-    void set_emitters(std::size_t entity, const std::vector<Emitter>& emitters);
-    void set_occlusion(Occlusion occlusion);
-    void place(std::size_t instance, const Placement& placement);
-    void rotate(std::size_t instance, const Vec3d& axis, double angle);
-    std::size_t add(const ShadedInstance& instance);
-    std::size_t clone(std::size_t instance);
-    void remove(std::size_t instance);
-    Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
-    Result<Done> frame_of(const VertexMask& vertices, FrameQuality quality, const Progress& progress);
-    Result<Done> commit(const Progress& progress);
     const SceneColours& radiance() const { return all_.radiance(); }
-    SceneColours take_radiance();
     const ShadedScene& scene() const { return all_.scene(); }
     const Vec3f& eye() const { return all_.eye(); }
     const std::vector<ShadedInstance>& instances() const { return all_.instances(); }
-    std::size_t transfer_bytes() const;
     bool has_vectors() const { return all_.has_vectors(); }
     bool lacks_reflections() const { return all_.lacks_reflections(); }
     /// @}
+
+    /// Memory of both sessions' transfer vectors. [bytes]
+    std::size_t transfer_bytes() const {
+        return all_.transfer_bytes() + (matte_ ? matte_->transfer_bytes() : 0);
+    }
 
     /// Replaces the materials of all entities. Returns false and does nothing if the new materials need the
     /// second session and it does not exist, or the reverse.
@@ -58,10 +59,6 @@ public:
     std::vector<Outgoing> outgoing(std::size_t instance) const;
 
 private:
-    /// Calls `act` with both sessions.
-    template <class Act>
-    Result<Done> both(const Act& act);
-
     RelightSession all_;
     std::optional<RelightSession> matte_;
 };

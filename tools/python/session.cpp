@@ -61,7 +61,8 @@ public:
     // Takes milliseconds: runs in this thread, without Python's lock.
     void frame(bool is_moving) {
         const Result<Done> done = do_now([&](TexturedSession& session) {
-            return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still);
+            return session.both(&RelightSession::frame,
+                                is_moving ? FrameQuality::moving : FrameQuality::still);
         });
         value_of(done);
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -70,7 +71,8 @@ public:
     std::size_t clone(const py::object& instance, const std::string& name) {
         const std::size_t of = number_of(instance);
         let_go();
-        const std::size_t made = do_now([&](TexturedSession& session) { return session.clone(of); });
+        const std::size_t made =
+            do_now([&](TexturedSession& session) { return session.both(&RelightSession::clone, of); });
         names_.push_back(name.empty() ? fmt::format("{}_copy_{}", names_[of], ++copies_) : name);
         return made;
     }
@@ -80,7 +82,7 @@ public:
         if (names_.size() == 1)
             throw py::value_error("this is the last instance; expected at least one instance in a session");
         let_go();
-        do_now([&](TexturedSession& session) { session.remove(of); });
+        do_now([&](TexturedSession& session) { session.both(&RelightSession::remove, of); });
         names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
     }
 
@@ -153,7 +155,7 @@ public:
             lamp.looks_like = static_cast<std::size_t>(found - names_.begin());
         }
         do_now([&](TexturedSession& session) {
-            session.set_lamps(std::move(placed));
+            session.both(&RelightSession::set_lamps, std::move(placed));
             scene_ = scene;
         });
     }
@@ -179,14 +181,14 @@ public:
 
     void turn_environment(const Rotation& rotation) {
         do_now([&](TexturedSession& session) {
-            session.turn_environment(rotation);
+            session.both(&RelightSession::turn_environment, rotation);
             background_turn_ = rotation;
         });
     }
 
     void commit(const py::object& progress) {
         do_long(progress, [this](TexturedSession& session, const Progress& watched) {
-            Result<Done> done = session.commit(watched);
+            Result<Done> done = session.both(&RelightSession::commit, watched);
             if (done) background_turn_ = {};  // now part of the scene's environment
             return done;
         });
@@ -205,7 +207,7 @@ public:
         }
         if (!rotate.is_none())
             placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
-        do_now([&](TexturedSession& session) { session.place(of, placement); });
+        do_now([&](TexturedSession& session) { session.both(&RelightSession::place, of, placement); });
     }
 
     std::size_t number_of(const py::object& instance) const {
@@ -247,17 +249,18 @@ private:
         }
         if (!session_->set_materials(surfaces)) return false;
         for (std::size_t e = 0; e < surfaces.size(); ++e)
-            session_->set_emitters(e,
-                                   std::ranges::any_of(surfaces[e], &Surface::glows)
-                                       ? emitters_of(visible_surface(entities.entities[e]->mesh), surfaces[e])
-                                       : std::vector<Emitter>());
+            session_->both(&RelightSession::set_emitters, e,
+                           std::ranges::any_of(surfaces[e], &Surface::glows)
+                               ? emitters_of(visible_surface(entities.entities[e]->mesh), surfaces[e])
+                               : std::vector<Emitter>());
         surfaces_ = std::move(surfaces);
         return true;
     }
 
     /// Moves the radiance to the arrays that refer to it, so that their values no longer change.
     void let_go() {
-        shown_->last = do_now([](TexturedSession& session) { return session.take_radiance(); });
+        shown_->last =
+            do_now([](TexturedSession& session) { return session.both(&RelightSession::take_radiance); });
         shown_->session.reset();
         shown_ = std::make_shared<RadianceOwner>(session_, SceneColours());
     }

@@ -386,29 +386,16 @@ Json json_of(const Rotation& rotation) {
 }
 
 Json json_of(const SceneMaterial& material) {
-    const bool has_finish =
-        material.convention == LobeConvention::povray &&
-        (material.blinn > 0 || material.metallic > 0 || material.phong != 1 || material.pigment != Rgb(1.0f));
-    if (!has_finish)
+    const std::optional<FinishKeys> finish = finish_of(material);
+    if (!finish)
         return {{"diffuse", json_of(material.diffuse)},
                 {"specular", json_of(material.specular)},
                 {"shininess", material.shininess},
                 {"emission", json_of(material.emission)},
                 {"convention", material.convention == LobeConvention::povray ? "povray" : "physical"}};
-    const auto share = [&](const Rgb& colour) {
-        for (int c = 0; c < 3; ++c)
-            if (material.pigment[c] > 0) return colour[c] / material.pigment[c];
-        return 0.0f;
-    };
-    return {{"pigment", json_of(material.pigment)},
-            {"finish",
-             {{"diffuse", share(material.diffuse)},
-              {"emission", share(material.emission)},
-              {"phong", material.phong},
-              {"phong_size", material.shininess},
-              {"specular", material.blinn},
-              {"roughness", material.roughness},
-              {"metallic", material.metallic}}}};
+    Json keys;
+    for (const FinishKey& key : *finish) keys[key.key] = key.value;
+    return {{"pigment", json_of(material.pigment)}, {"finish", keys}};
 }
 
 }  // namespace haarfield
