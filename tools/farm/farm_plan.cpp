@@ -215,7 +215,7 @@ Result<std::string> file_hash(const std::filesystem::path& file) {
 Result<Done> check_inputs(const PlanJob& job) {
     for (const PlanInput& input : job.inputs) {
         HF_TRY(const std::string hash, file_hash(input.file));
-        if (hash != input.hash)
+        if (std::string_view(hash) != input.hash)
             return Error{input.file, "has changed since the plan was made; make a new plan"};
     }
     return Done{};

@@ -62,7 +62,7 @@ public:
     void frame(bool is_moving) {
         const Result<Done> done = do_now([&](TexturedSession& session) {
             return session.both(&RelightSession::frame,
-                                is_moving ? FrameQuality::moving : FrameQuality::still);
+                                is_moving ? FrameQuality::moving : FrameQuality::still, Progress());
         });
         value_of(done);
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -135,7 +135,7 @@ public:
         });
         py::list arrays;
         for (const auto& of : layers) {
-            const std::vector<Rgb>& values = is_over ? of->over : of->under;
+            const std::vector<Rgb>& values = is_over ? of->added : of->textured;
             if (is_over && values.empty())
                 arrays.append(py::none());
             else
@@ -293,23 +293,26 @@ name or its index in `instances`. One thread at a time can use a session; others
     session.def(
         "vary_light",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress,
-                         [](TexturedSession& of, const Progress& watched) { return of.vary_light(watched); });
+            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
+                return of.both(&RelightSession::vary_light, watched);
+            });
         },
         py::arg("progress") = py::none(),
         "Computes the transfer vectors for frames with a rotating or replaced light.");
     session.def(
         "vary_eye",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress,
-                         [](TexturedSession& of, const Progress& watched) { return of.vary_eye(watched); });
+            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
+                return of.both(&RelightSession::vary_eye, watched);
+            });
         },
         py::arg("progress") = py::none(), "Computes the transfer vectors for frames with a moving eye.");
     session.def(
         "vary_lamps",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress,
-                         [](TexturedSession& of, const Progress& watched) { return of.vary_lamps(watched); });
+            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
+                return of.both(&RelightSession::vary_lamps, watched);
+            });
         },
         py::arg("progress") = py::none(),
         "Shades everything but the lamps once, so that frames follow set_lamps.");
@@ -318,7 +321,7 @@ name or its index in `instances`. One thread at a time can use a session; others
         [](PythonSession& self, const py::object& instance, const py::object& progress) {
             const std::size_t of = self.number_of(instance);
             self.do_long(progress, [of](TexturedSession& inside, const Progress& watched) {
-                return inside.vary_instance(of, watched);
+                return inside.both(&RelightSession::vary_instance, of, watched);
             });
         },
         py::arg("instance"), py::arg("progress") = py::none(),
@@ -346,7 +349,9 @@ name or its index in `instances`. One thread at a time can use a session; others
                 image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
             clean_environment(image);
             self.turn_environment({});
-            self.do_now([&](TexturedSession& of) { of.set_environment(std::move(image)); });
+            self.do_now([&](TexturedSession& of) {
+                of.both(&RelightSession::set_environment, Environment(std::move(image)));
+            });
         },
         py::arg("pixels"),
         "Replaces the light by a lat-long image of radiance, (height, 2 height, 3). Resets the rotation.");
@@ -354,7 +359,7 @@ name or its index in `instances`. One thread at a time can use a session; others
         "set_eye",
         [](PythonSession& self, const py::object& position) {
             const Vec3f eye = vector(position, "position");
-            self.do_now([&](TexturedSession& of) { of.set_eye(eye); });
+            self.do_now([&](TexturedSession& of) { of.both(&RelightSession::set_eye, eye); });
         },
         py::arg("position"), "Moves the eye, on which specular radiance depends, to (x, y, z) metres.");
     session.def("set_lamps", &PythonSession::set_lamps, py::arg("lamps"),
@@ -374,7 +379,9 @@ name or its index in `instances`. One thread at a time can use a session; others
             if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
             if (!std::isfinite(angle))
                 throw py::value_error("angle is not finite; expected a number of degrees");
-            self.do_now([&](TexturedSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
+            self.do_now([&](TexturedSession& inside) {
+                inside.both(&RelightSession::rotate, of, Vec3d(about), angle * degree);
+            });
         },
         py::arg("instance"), py::arg("axis"), py::arg("angle"),
         "Rotates an instance further by degrees about an axis through its origin.");
