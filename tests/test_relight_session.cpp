@@ -227,6 +227,43 @@ TEST_P(RelightSessionBy, PreparingChangesNothingButWhenTheWorkIsDone) {
     EXPECT_EQ(radiance(prepared), radiance(other));
 }
 
+/// Returns the RMS difference of two radiances, relative to the RMS of the second one.
+double relative_difference(const std::vector<Rgb>& found, const std::vector<Rgb>& expected) {
+    double error = 0, energy = 0;
+    for (std::size_t v = 0; v < found.size(); ++v) {
+        error += squared(found[v] - expected[v]);
+        energy += squared(expected[v]);
+    }
+    return std::sqrt(error / energy);
+}
+
+TEST(RelightSession, WithoutPruningFramesOfTintedWhiteSurfacesErrByRoundingOnly) {
+    ExampleScene example;
+    Material white = matte(1.0f);
+    white.specular = Rgb(0.3f);
+    const std::size_t floor = example.add_entity(square_mesh(4, 0, 12), white),
+                      box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 3), matte(0.6f));
+    const std::vector<Rgb> tints(example.scene.entities[floor].mesh->positions.size(), Rgb(0.2f));
+    example.scene.entities[floor].tints = tints;
+    example.scene.instances = {{floor, {}}, {box, {{-0.8f, 0, 0}, 1}}, {box, {{0.8f, 0, 0.2f}, 0.6f}}};
+    example.scene.environment =
+        environment([](const Vec3d& d) { return std::max(0.1, d.y) * (1.5 + d.x); }, 32);
+    example.scene.eye = {3, 2.5f, 4};
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    settings.bounces.most = any_bounces;
+    const SceneColours bake = total(*scene_radiance(example.scene, settings));
+    RelightSession session(example.scene, settings, {0.0f});
+    ASSERT_TRUE(session.vary_light());
+    ASSERT_TRUE(session.frame());
+    for (std::size_t i = 0; i < bake.size(); ++i)
+        EXPECT_LT(relative_difference(session.radiance()[i], bake[i]), 0.002) << "light, instance " << i;
+    ASSERT_TRUE(session.vary_eye());
+    ASSERT_TRUE(session.frame());
+    for (std::size_t i = 0; i < bake.size(); ++i)
+        EXPECT_LT(relative_difference(session.radiance()[i], bake[i]), 0.002) << "eye, instance " << i;
+}
+
 TEST(RelightSession, ShowsLightsGivenAsCoefficients) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_light());

@@ -214,7 +214,12 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     Bounced indirect;
     if (inputs_.settings.bounces.most > 0) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
-        HF_TRY(indirect, bounced(rays->transport, made.diffuse, inputs_.settings.bounces, progress));
+        // The same rays as in a bake: more of them where this light is uncertain.
+        LightTransport transport = rays->transport;
+        HF_TRY(const Bounced coarse, bounced(transport, made.diffuse, inputs_.settings.bounces, progress));
+        HF_TRY_DONE(transport.refine(scene(), *geometry, *rays->surface, coarse.diffuse,
+                                     row_reflectances(scene(), *geometry), progress));
+        HF_TRY(indirect, bounced(transport, made.diffuse, inputs_.settings.bounces, progress));
     }
     transfer_.emplace<ByEye>().store({std::move(made), std::move(indirect)}, inputs_);
     return Done{};
