@@ -41,6 +41,7 @@ struct FinishKey {
     float value;
     bool matters;  ///< False if the material is the same without the key.
 };
+/// The keys of a finish, in the order in which they are written.
 using FinishKeys = std::array<FinishKey, 7>;
 
 /// Returns the finish of a material next to its pigment; nothing if a finish cannot express the material.

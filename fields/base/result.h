@@ -16,11 +16,14 @@
     do                                                                                \
         if (const auto hf_result = __VA_ARGS__; !hf_result) return hf_result.error(); \
     while (false)
+/// The statements of HF_TRY, with a name for the Result.
 #define HF_TRY_AS(result, declaration, ...) \
     auto result = __VA_ARGS__;              \
     if (!result) return result.error();     \
     declaration = *std::move(result)
+/// A name that is unique on a line.
 #define HF_NAME_OF_LINE(name, line) HF_JOINED(name, line)
+/// A name followed by the number of a line.
 #define HF_JOINED(name, line) name##line
 
 namespace haarfield {

@@ -9,6 +9,7 @@ namespace haarfield {
 /// Samples directions with the density of the lobes of a BRDF, which must outlive it.
 class LobeSampling {
 public:
+    /// Prepares the frames of the lobes.
     explicit LobeSampling(const VertexBrdf& brdf)
         : brdf_(brdf),
           eye_(brdf.eye()),

@@ -30,6 +30,7 @@ struct BasicLobe {
     /// Returns the lobe's integral over that of a cosine power about R, for H near N.
     Real mean_over_power() const { return axis == LobeAxis::half_vector ? Real(4) : Real(1); }
 };
+/// A lobe as it is evaluated in bakes.
 using Lobe = BasicLobe<float>;
 
 inline constexpr std::size_t most_lobes = 2;  ///< Of a BRDF.
@@ -40,8 +41,8 @@ inline constexpr std::size_t most_lobes = 2;  ///< Of a BRDF.
 /// metallic_fresnel.
 template <class Real>
 struct BasicBrdf {
-    using Vector = Imath::Vec3<Real>;
-    using Colour = std::conditional_t<std::is_same_v<Real, float>, Rgb, Vec3d>;
+    using Vector = Imath::Vec3<Real>;                                            ///< A direction.
+    using Colour = std::conditional_t<std::is_same_v<Real, float>, Rgb, Vec3d>;  ///< Linear RGB.
 
     Vector normal{0}, mirror{0};                      ///< N and R.
     Colour diffuse{0};                                ///< Albedo / pi. [1/sr]
@@ -55,6 +56,7 @@ struct BasicBrdf {
     /// Returns V, the view direction.
     Vector eye() const { return normal * (2 * normal.dot(mirror)) - mirror; }
 };
+/// A BRDF as it is evaluated in bakes.
 using VertexBrdf = BasicBrdf<float>;
 
 /// Returns how far the specular light of a metal has the colour of the light instead of the pigment: 0 for
