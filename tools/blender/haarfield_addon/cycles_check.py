@@ -39,6 +39,13 @@ def colours_of(mesh):
     return values.reshape(-1, 4)[:, :3].copy()
 
 
+def is_closed(mesh):
+    """True if each edge has two faces. Vertices at one place count as one: bakes split them at sharp edges."""
+    places = [tuple(round(c, 5) for c in vertex.co) for vertex in mesh.vertices]
+    edges = {frozenset((places[a], places[b])) for a, b in (edge.vertices for edge in mesh.edges)}
+    return len(mesh.loops) == 2 * len(edges)
+
+
 def vertices_in_others(copies):
     """Returns for each object a mask of the vertices inside closed objects: black in Cycles, filled in bakes."""
     masks = {}
@@ -47,8 +54,7 @@ def vertices_in_others(copies):
         # Vertices on a surface of the other object count as inside if their own side is.
         offset = 1e-4 * max(object.dimensions)
         for other in copies.values():
-            is_closed = len(other.data.loops) == 2 * len(other.data.edges)
-            if other == object or not is_closed:
+            if other == object or not is_closed(other.data):
                 continue
             corners = numpy.array([other.matrix_world @ Vector(corner) for corner in other.bound_box])
             lower, upper = corners.min(axis=0), corners.max(axis=0)
