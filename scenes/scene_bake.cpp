@@ -1,11 +1,14 @@
 #include "scenes/scene_bake.h"
 
 #include "fields/base/names.h"
+#include "scenes/bake_search.h"
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/ray_renderer.h"
 #include "shading/bake/render_passes.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
@@ -56,6 +59,28 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
         HF_TRY(baked.refined, mesh_radiance(shading, fine_meshes(entities), progress));
     }
     if (options.colours == BakedColours::fitted) return fit_radiance(shading, baked.refined, progress);
+    return Done{};
+}
+
+/// Bakes to a target error.
+///
+/// indirect  receives the scene's indirect light, if there are bounces.
+Result<Done> search(const PointShading& direct, const Scene& scene, const SceneEntities& entities,
+                    const BakeOptions& options, std::span<const std::optional<MeshPoint>> pixels,
+                    std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
+    const std::size_t budget =
+        options.vertex_budget ? *options.vertex_budget : search_budget(scene, entities);
+    std::vector<DisplayedPoint> points;
+    if (!options.everywhere) points = displayed_points(entities, pixels);
+    const bool is_everywhere = points.empty();
+    if (is_everywhere) points = displayed_area(entities, direct.scene);
+    HF_TRY(TargetBake found,
+           target_bake(direct, {*options.error, budget, !is_everywhere}, std::move(points), progress));
+    baked.search =
+        SearchOutcome{*options.error,   found.error,         found.end,    budget,       found.fitted,
+                      found.directions, found.shaded_points, found.rounds, is_everywhere};
+    baked.refined = std::move(found.meshes);
+    indirect = std::move(found.indirect);
     return Done{};
 }
 
@@ -183,6 +208,13 @@ std::vector<std::string> pass_names() {
 
 Result<Done> check_bake(const BakeOptions& options) {
     if (options.samples < 1) return Error{"samples", "is 0; expected at least 1"};
+    if (options.error &&
+        (options.refine || options.colours == BakedColours::fitted || options.evaluator != Evaluator::tree))
+        return Error{"error " + fmt::format("{}", *options.error),
+                     "chooses vertices and colours; expected neither refine, colours fitted nor another "
+                     "evaluator"};
+    if (options.everywhere && !options.error)
+        return Error{"everywhere", "says where an error is measured; expected an error"};
     if (options.evaluator != Evaluator::tree && (options.refine || options.colours == BakedColours::fitted))
         return Error{options.evaluator == Evaluator::dense ? "evaluator dense" : "evaluator rays",
                      "knows vertices only; expected neither refine nor colours fitted"};
@@ -197,14 +229,18 @@ Result<Done> check_bake(const BakeOptions& options) {
 
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,
-                               const Progress& progress, const PointSharing* sharing) {
+                               const Progress& progress, const PointSharing* sharing,
+                               std::span<const std::optional<MeshPoint>> pixels) {
     HF_TRY(const ShadingGeometry geometry, shading_geometry(shaded, settings, progress));
     const SceneLight light = scene_light(shaded, settings, progress.stop);
     PointShading shading{shaded, geometry, light, settings, nullptr, nullptr, sharing};
     BakedScene baked;
     std::optional<IndirectLight> indirect;
-    const bool is_fine = !options.refine && options.colours == BakedColours::sampled;
-    if (is_fine) {
+    const bool is_fine = !options.error && !options.refine && options.colours == BakedColours::sampled;
+    if (options.error) {
+        shading.sharing = nullptr;
+        HF_TRY_DONE(search(shading, scene, entities, options, pixels, indirect, progress, baked));
+    } else if (is_fine) {
         HF_TRY_DONE(shade_fine(shading, options, indirect, progress, baked));
         if (settings.bounces.most > 0 && is_partial(sharing)) return baked;
     } else if (settings.bounces.most > 0) {
@@ -215,7 +251,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
         shading.sharing = nullptr;  // a process with indirect light has all points
         baked.bounces = BounceOutcome{indirect->bounces, indirect->left_out, indirect->transport_bytes};
     }
-    if (!is_fine) HF_TRY_DONE(shade(shading, entities, options, progress, baked));
+    if (!is_fine && !options.error) HF_TRY_DONE(shade(shading, entities, options, progress, baked));
     const ShadedMeshes shaded_instances = shaded_meshes(entities, baked);
     if (!is_partial(shading.sharing))
         baked.instances = layered_instances(scene, entities, shaded_instances, baked.layered);

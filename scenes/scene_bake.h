@@ -3,7 +3,7 @@
 
 #include "scenes/baked_instance.h"
 #include "scenes/scene_entities.h"
-#include "shading/bake/mesh_refinement.h"
+#include "shading/bake/error_target.h"
 
 #include <optional>
 
@@ -24,9 +24,12 @@ enum class BakedColours {
 
 /// The settings of a bake, besides RenderSettings.
 struct BakeOptions {
+    /// The target of target_bake; none: the other members choose the vertices.
+    std::optional<double> error;
+    bool everywhere = false;  ///< With `error`: it is measured over all surfaces, not over a picture.
     Evaluator evaluator = Evaluator::tree;
-    std::optional<float> refine;               ///< RefinementSettings::tolerance; none: no refinement.
-    std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
+    std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
+    std::optional<std::size_t> vertex_budget;  ///< None: usual_vertex_budget; with `error` search_budget.
     BakedColours colours = BakedColours::sampled;
     std::vector<std::string> passes;  ///< Members of pass_names.
     std::uint32_t samples = 1024;     ///< Samples per vertex, for Evaluator::rays.
@@ -50,6 +53,19 @@ struct RefinementOutcome {
     float largest_error = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;
+};
+
+/// The outcome of a search; see TargetBake.
+struct SearchOutcome {
+    double target = 0;
+    BakeError error;
+    SearchEnd end = SearchEnd::reached;
+    std::size_t vertex_budget = 0;  ///< The budget that was used.
+    bool fitted = false;
+    int directions = 0;
+    std::size_t shaded_points = 0;
+    int rounds = 0;
+    bool is_everywhere = false;  ///< The error was measured over all surfaces.
 };
 
 /// The outcome of indirect light; see IndirectLight.
@@ -76,6 +92,7 @@ struct BakedScene {
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
     std::optional<RefinementOutcome> refinement;  ///< Present if a refinement was requested.
+    std::optional<SearchOutcome> search;          ///< Present if an error was requested.
     std::optional<BounceOutcome> bounces;         ///< Present if the scene has bounces.
 };
 
@@ -83,10 +100,14 @@ struct BakedScene {
 ///
 /// scene, entities  must outlive the result. `shaded` is their shaded_scene.
 /// options          must pass check_bake (asserted).
+///                  With BakeOptions::error, the entities are those of search_start, with search_fields.
 /// sharing          null: this process shades all points. If it is partial, the result must not be used.
+/// pixels           for BakeOptions::error: the points of the fine meshes that are visible at the pixels of
+///                  the picture, row by row from the top. Without any, the error is that of all surfaces.
 /// errors           interrupted.
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,
-                               const Progress& progress = {}, const PointSharing* sharing = nullptr);
+                               const Progress& progress = {}, const PointSharing* sharing = nullptr,
+                               std::span<const std::optional<MeshPoint>> pixels = {});
 
 }  // namespace haarfield

@@ -144,20 +144,22 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
 
 Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings,
                                 const SceneEntityOptions& options, const Progress& progress) {
+    const bool is_whole = options.fields == FieldExtent::whole;
+    const auto make = [&](const PrecomputedSamples& known) {
+        return is_whole
+                   ? precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress, known)
+                   : precompute_surroundings(entity.name, entity.mesh, *entity.occlusion, settings, progress,
+                                             known);
+    };
     if (options.fields_folder.empty()) {
-        HF_TRY(entity.field,
-               precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress));
+        HF_TRY(entity.field, make({}));
         return Done{};
     }
-    HF_TRY(LibraryField found,
-           library_field(
-               options.fields_folder, entity.name, field_keys(entity.mesh, settings), options.unsealed,
-               [&](const PrecomputedSamples& known) {
-                   return precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress,
-                                           known);
-               },
-               progress));
-    if (found.field.local_handles.size() != entity.mesh.fine.positions.size())
+    HF_TRY(LibraryField found, library_field(options.fields_folder, entity.name,
+                                             is_whole ? field_keys(entity.mesh, settings)
+                                                      : surroundings_keys(entity.mesh, settings),
+                                             options.unsealed, make, progress));
+    if (found.field.local_handles.size() != (is_whole ? entity.mesh.fine.positions.size() : 0))
         return Error{found.file.string(), "found a field of another mesh; expected the mesh of its key"};
     entity.field = std::move(found.field);
     entity.field_file = std::move(found.file);
@@ -185,7 +187,7 @@ FieldSettings entity_field_settings(const Entity& description, const EntityOcclu
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress) {
     SceneEntities result;
-    if (options.fields && !options.fields_folder.empty()) {
+    if (options.fields != FieldExtent::none && !options.fields_folder.empty()) {
         HF_TRY_DONE(make_folder(options.fields_folder));
         remove_abandoned_claims(options.fields_folder);
     }
@@ -214,9 +216,11 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         entity->tints = vertex_tints(entity->mesh.fine, entity->surfaces);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
-        if (options.fields) {
+        const FieldSettings settings = entity_field_settings(description, *entity->occlusion, options);
+        if (options.fields == FieldExtent::none) {
+            entity->field = empty_field(entity->name, entity->mesh, settings);
+        } else {
             const Clock::time_point field_start = Clock::now();
-            const FieldSettings settings = entity_field_settings(description, *entity->occlusion, options);
             HF_TRY_DONE(find_or_make_field(*entity, settings, options, progress));
             entity->field_seconds = seconds_since(field_start);
         }
@@ -233,7 +237,7 @@ Result<SceneEntities> original_entities(const Scene& scene, const Progress& prog
         entity.coarse_triangles = 0;
     }
     SceneEntityOptions wanted;
-    wanted.fields = false;
+    wanted.fields = FieldExtent::none;
     return prepare_scene_entities(plain, wanted, progress);
 }
 

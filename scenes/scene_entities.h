@@ -45,6 +45,13 @@ struct SceneEntities {
     const SceneEntity& of_instance(std::size_t i) const { return *entities[entity_of_instance[i]]; }
 };
 
+/// The samples of fields that are read or computed.
+enum class FieldExtent {
+    none,          ///< No sample: for meshes alone, and for bakes that rasterize all objects at each point.
+    surroundings,  ///< Samples around the entities.
+    whole          ///< Also those at the vertices of the fine meshes.
+};
+
 /// The preparation of entities: resolution, compression and storage of fields.
 struct SceneEntityOptions {
     /// A library (field_library.h), created if missing; empty: fields are not stored.
@@ -52,7 +59,7 @@ struct SceneEntityOptions {
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
-    bool fields = true;  ///< false: meshes only.
+    FieldExtent fields = FieldExtent::whole;
     /// Fine meshes have exactly the vertices that the models' files list and triangles use, plus those of
     /// back sides. Duplicates are kept, and vertices are repeated where normals or materials differ.
     /// Entity::fine_vertices has no effect.

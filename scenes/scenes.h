@@ -32,6 +32,7 @@
 /// | fine_meshes, surface_meshes | scenes/scene_entities.h | the meshes to be shaded |
 /// | shaded_scene | scenes/scene_shading.h | the scene for shading |
 /// | baked_scene, BakeOptions | scenes/scene_bake.h | shades a scene with textures and passes |
+/// | search_start, search_fields | scenes/bake_search.h | the entities for a bake with a target error |
 /// | BakedInstance | scenes/baked_instance.h | an instance with the radiance of its vertices |
 /// | original_bake | scenes/original_vertices.h | values at the vertices of the model files |
 /// | scene_budget | scenes/scene_budget.h | the error of each approximation |

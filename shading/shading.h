@@ -47,6 +47,8 @@
 /// | scene_radiance, point_radiance | shading/bake/renderer.h | radiance of vertices and points |
 /// | Outgoing, SceneRadiance, total | shading/walk/outgoing.h | diffuse and specular radiance |
 /// | refined_radiance | shading/bake/mesh_refinement.h | splits triangles where radiance varies |
+/// | target_bake | shading/bake/error_target.h | chooses vertices and rays for a wanted error |
+/// | BakeErrorMeter | shading/bake/bake_error.h | measures the error of a bake, and its causes |
 /// | fit_radiance | shading/bake/colour_fit.h | fits colours to radiance between vertices |
 /// | dense_scene_radiance | shading/bake/dense_renderer.h | slow reference: plain sums over texels |
 /// | error_budget | shading/bake/error_budget.h | the error of each approximation |
@@ -120,6 +122,7 @@
 /// ```
 
 #include "fields/fields.h"
+#include "shading/bake/bake_error.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/error_budget.h"

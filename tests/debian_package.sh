@@ -34,7 +34,7 @@ done
 
 bake() { # as the README's first scene
     "$root/usr/bin/haarfield" import "$source/scenes/meshes/chair.obj" -o "$root/first" --floor --quiet &&
-        "$root/usr/bin/haarfield" bake "$root/first/chair.toml" -o "$root/first" --refine 0.01 --quiet
+        "$root/usr/bin/haarfield" bake "$root/first/chair.toml" -o "$root/first" --quiet
 }
 bake || fail "the README's first scene is not baked"
 [[ -s $root/first/baked.png ]] || fail "found no baked.png"

@@ -62,6 +62,28 @@ TEST(ColourFit, HasTheLeastSquaredErrorAndNoMeanError) {
         }
 }
 
+TEST(ColourFit, ReproducesWhatIsLinearAlongEdgesAndSpreadsWhatIsNot) {
+    const Mesh mesh = square_mesh(4, 0, 6);
+    std::vector<Outgoing> sampled;
+    for (const Vec3f& p : mesh.positions) sampled.push_back({Rgb(5 + p.x, 5 - p.z, 6), Rgb(7 + p.z)});
+    std::vector<std::array<Outgoing, 3>> middles(mesh.triangles.size());
+    for (std::size_t t = 0; t < middles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+            middles[t][k] = (sampled[mesh.triangles[t][k]] + sampled[mesh.triangles[t][(k + 1) % 3]]) * 0.5f;
+    const std::vector<Outgoing> linear = fitted_radiance(mesh, sampled, middles);
+    for (std::size_t v = 0; v < sampled.size(); ++v) {
+        EXPECT_NEAR(linear[v].diffuse.x, sampled[v].diffuse.x, 1e-4f);
+        EXPECT_NEAR(linear[v].specular.y, sampled[v].specular.y, 1e-4f);
+    }
+    // A crease that lies between the vertices: all edges are darker in the middle by 1. The weights of
+    // corners and middles are 1/4 and 3/4.
+    for (auto& triangle : middles)
+        for (Outgoing& middle : triangle) middle.diffuse -= Rgb(1.0f);
+    const std::vector<Outgoing> creased = fitted_radiance(mesh, sampled, middles);
+    for (std::size_t v = 0; v < sampled.size(); ++v)
+        EXPECT_NEAR(creased[v].diffuse.x, sampled[v].diffuse.x - 0.75f, 1e-4f) << v;
+}
+
 TEST(ColourFit, IsNonNegativeAndBitIdenticalForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<std::vector<RadiantMesh>> results;

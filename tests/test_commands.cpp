@@ -322,8 +322,9 @@ TEST_F(Commands, BadInputExitsWithOneAndNamesThePlace) {
 
 TEST_F(Commands, ABakeAgreesWithItsReference) {
     write_scene();
-    const std::vector<std::string> bake{"bake", "room.toml", "-o", "out",      "--face-size",
-                                        "32",   "--threads", "2",  "--report", "out/baked.json"};
+    const std::vector<std::string> bake{"bake",      "room.toml", "-o",          "out",
+                                        "--error",   "off",       "--face-size", "32",
+                                        "--threads", "2",         "--report",    "out/baked.json"};
     const Outcome baked = run(bake);
     ASSERT_EQ(baked.code, 0) << baked.err;
     for (const char* file :
@@ -387,8 +388,8 @@ TEST_F(Commands, ABakeAgreesWithItsReference) {
         EXPECT_TRUE(difference.contains(key) && difference[key].is_number()) << key;
     EXPECT_LT(difference.value("psnr_db", 99.0), 60.0);
 
-    // Refinement with half of the vertices.
-    std::vector<std::string> refine = bake;
+    // With half of the vertices, but where they are needed.
+    std::vector<std::string> refine = bake;  // with another choice of vertices
     refine.insert(refine.end(), {"--refine", "0.002", "--vertex-budget", "1200", "--colours", "fitted"});
     ASSERT_EQ(run(refine).code, 0);
     const nlohmann::json refined = report("out/baked.json");
@@ -434,8 +435,9 @@ TEST_F(Commands, ABudgetListsApproximationsAndChecksTheOracle) {
 TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
     write_scene();
     for (const char* threads : {"1", "3"}) {
-        const Outcome outcome = run({"bake", "-o", threads, "--face-size", "16", "--no-render", "--quiet",
-                                     "--threads", threads, "--format", "ply,glb,csv", "room.toml"});
+        const Outcome outcome =
+            run({"bake", "-o", threads, "--error", "off", "--face-size", "16", "--no-render", "--quiet",
+                 "--threads", threads, "--format", "ply,glb,csv", "room.toml"});
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         EXPECT_EQ(outcome.err, "");
         EXPECT_FALSE(std::filesystem::exists(folder_ / threads / "baked.exr"));
@@ -450,12 +452,59 @@ TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
             << file;
 }
 
+TEST_F(Commands, ABakeReachesAndReportsTheErrorThatIsAskedFor) {
+    write_scene();
+    std::string text[2];
+    const char* const threads[] = {"1", "3"};
+    for (int k = 0; k < 2; ++k) {
+        const Outcome baked =
+            run({"bake", "room.toml", "-o", "out", "--error", "3%", "--face-size", "32", "--threads",
+                 threads[k], "--no-render", "--worst", "--report", "report.json"});
+        ASSERT_EQ(baked.code, 0) << baked.err;
+        EXPECT_NE(baked.out.find("error  "), std::string::npos) << baked.out;
+        text[k] = text_of(folder_ / "out/room.ply");
+    }
+    EXPECT_TRUE(text[0] == text[1] && !text[0].empty());
+    const nlohmann::json made = report("report.json"), &error = made["error"];
+    EXPECT_EQ(error["target"], 0.03);
+    EXPECT_EQ(error["is_met"], true);
+    EXPECT_EQ(error["reason"], "");
+    EXPECT_EQ(error["over"], "pixels");
+    EXPECT_LE(error["reached"], 0.03);
+    EXPECT_GT(error["reached"], 0.0075);
+    EXPECT_LE(error["low"], error["reached"]);
+    EXPECT_GE(error["high"], error["reached"]);
+    for (const char* cause : {"between_vertices", "at_vertices", "indirect_light"})
+        EXPECT_LE(error[cause], 0.03) << cause;
+    EXPECT_GT(error["worst"]["error"], error["reached"]);
+    EXPECT_EQ(error["worst"]["pixel"].size(), 2u);
+    EXPECT_GT(text_of(folder_ / "out/worst.png").size(), 1000u);
+    EXPECT_LT(made["vertices"], 4000);
+    // No field is needed where all objects are rasterized at each point.
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/fields"));
+
+    const Outcome missed =
+        run({"bake", "room.toml", "-o", "out", "--error", "0.001", "--vertex-budget", "100", "--everywhere",
+             "--face-size", "16", "--no-render", "--report", "report.json"});
+    ASSERT_EQ(missed.code, 0) << missed.err;
+    EXPECT_NE(missed.err.find("expected at most 0.1 %: "), std::string::npos) << missed.err;
+    const nlohmann::json report_of_missed = report("report.json")["error"];
+    EXPECT_EQ(report_of_missed["is_met"], false);
+    EXPECT_EQ(report_of_missed["over"], "surfaces");
+    EXPECT_FALSE(report_of_missed["worst"].contains("pixel"));
+    const Outcome both = run({"bake", "room.toml", "-o", "out", "--error", "1%", "--refine", "0.01"});
+    EXPECT_EQ(both.code, 1);
+    EXPECT_NE(both.err.find("expected neither refine"), std::string::npos) << both.err;
+    EXPECT_EQ(run({"bake", "room.toml", "-o", "out", "--error", "off", "--everywhere"}).code, 1);
+    EXPECT_EQ(run({"bake", "room.toml", "-o", "out", "--error", "200%"}).code, 2);
+}
+
 TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     write_scene();
     const std::vector<std::string> names{"diffuse", "specular", "irradiance", "occlusion", "own-shadow"};
-    const std::vector<std::string> bake{"bake",     "room.toml",   "--face-size", "16",
-                                        "--fields", "fields",      "--format",    "csv,ply,glb",
-                                        "--report", "report.json", "--bounces",   "0"};
+    const std::vector<std::string> bake{"bake",     "room.toml",   "--error",   "off",      "--face-size",
+                                        "16",       "--fields",    "fields",    "--format", "csv,ply,glb",
+                                        "--report", "report.json", "--bounces", "0"};
     const auto run_with = [&](std::vector<std::string> more) {
         more.insert(more.begin(), bake.begin(), bake.end());
         return run(more);
@@ -552,7 +601,8 @@ TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
     EXPECT_TRUE(lines[12].starts_with("box,8,7,7.001,7,0,1,0,0,0,0,0")) << lines[12];
 
     EXPECT_EQ(run({"bake", "room.toml", "-o", "out", "--original-vertices", "--refine", "0.01"}).code, 2);
-    const Outcome plain = run({"bake", "room.toml", "-o", "plain", "--face-size", "16", "--no-render"});
+    const Outcome plain =
+        run({"bake", "room.toml", "-o", "plain", "--error", "off", "--face-size", "16", "--no-render"});
     ASSERT_EQ(plain.code, 0) << plain.err;
     const std::string text = text_of(folder_ / "plain/room.ply");
     const std::size_t data = text.find("end_header\n") + 11;
@@ -575,9 +625,20 @@ TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
 
 TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
     write_scene();
-    const std::vector<std::string> common{
-        "bake",        "room.toml", "--face-size", "16", "--coefficients", "0", "--light-coefficients", "0",
-        "--no-render", "--fields",  "fields",      "-o"};
+    const std::vector<std::string> common{"bake",
+                                          "room.toml",
+                                          "--error",
+                                          "off",
+                                          "--face-size",
+                                          "16",
+                                          "--coefficients",
+                                          "0",
+                                          "--light-coefficients",
+                                          "0",
+                                          "--no-render",
+                                          "--fields",
+                                          "fields",
+                                          "-o"};
     const auto bake = [&](std::vector<std::string> more) {
         std::vector<std::string> arguments = common;
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -603,7 +664,7 @@ TEST_F(Commands, TheCameraIsPlacedIfTheSceneHasNoneOrOnRequest) {
         return report("report.json")["camera"];
     };
     const auto bake = [&](const std::string& option) {
-        return camera_of({"bake", "room.toml", "--face-size", "16", "--no-render", option});
+        return camera_of({"bake", "room.toml", "--error", "off", "--face-size", "16", "--no-render", option});
     };
     const nlohmann::json given = bake("--quiet"), framed = bake("--frame");
     EXPECT_EQ(given["found"], false);
@@ -633,8 +694,8 @@ TEST_F(Commands, QuietPrintsOnlyJson) {
     const std::string box = haarfield::field_of(folder_ / "out/fields", "box");
     using Arguments = std::vector<std::string>;
     for (Arguments arguments :
-         {Arguments{"bake", "room.toml", "-o", "out", "--face-size", "16", "--antialiasing", "0", "--frame",
-                    "--exposure", "auto"},
+         {Arguments{"bake", "room.toml", "-o", "out", "--error", "off", "--face-size", "16", "--antialiasing",
+                    "0", "--frame", "--exposure", "auto"},
           {"reference", "room.toml", "-o", "out", "--lights", "16", "--antialiasing", "0"},
           {"compare", "out/baked.exr", "out/reference.exr", "-o", "out"},
           {"relight", "room.toml", "-o", "out", "--face-size", "16", "--spin-light", "--frames", "1"},
@@ -659,7 +720,7 @@ TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndReportClipping) {
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         return std::pair(report("report.json"), outcome.err);
     };
-    const std::vector<std::string> bake{"bake", "--face-size", "16", "--antialiasing", "0"},
+    const std::vector<std::string> bake{"bake", "--error", "off", "--face-size", "16", "--antialiasing", "0"},
         trace{"reference", "--lights", "16", "--antialiasing", "0"};
     const auto [baked, words] = made(bake, "auto");
     EXPECT_EQ(baked["environments"][0]["found"], true);
@@ -681,7 +742,7 @@ TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndReportClipping) {
 TEST_F(Commands, CtrlCEndsABakeWithoutPartialFiles) {
     write_scene(/*fine_vertices=*/1'000'000);
     for (const int signal : {SIGINT, SIGTERM}) {
-        const pid_t child = start({"bake", "room.toml", "-o", "out"});
+        const pid_t child = start({"bake", "room.toml", "-o", "out", "--error", "off"});
         // Until the long stage says how far it is; or until the program ends, which is a failure.
         const auto running = [child] {
             siginfo_t state{};

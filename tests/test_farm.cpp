@@ -27,10 +27,11 @@ Words words_in(const std::string& text) {
 
 TEST_F(FarmTest, JoinedResultsEqualUndividedOnes) {
     write_scene();
-    const std::string
-        bake = "--face-size 16 --bounces 0 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
-        reference = "--lights 16 --antialiasing 2",
-        relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
+    const std::string bake =
+                          "--error off --face-size 16 --bounces 0 --antialiasing 2 --pass "
+                          "own-shadow,occlusion --format ply,glb",
+                      reference = "--lights 16 --antialiasing 2",
+                      relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
     const auto undivided = [&](const std::string& command, const std::string& options) {
         Words words{command, "room.toml", "-o", "whole"};
         if (command != "reference") words.insert(words.end(), {"--fields", "whole_fields"});
@@ -75,7 +76,7 @@ TEST_F(FarmTest, SixtyFourTasksEqualOne) {
 TEST_F(FarmTest, BouncesAreOneTaskAfterDirectLight) {
     write_scene();
     const std::string options =
-        "--face-size 16 --antialiasing 0 --pass own-shadow,indirect,diffuse --format ply,glb";
+        "--error off --face-size 16 --antialiasing 0 --pass own-shadow,indirect,diffuse --format ply,glb";
     Words bake{"bake", "room.toml", "-o", "whole", "--fields", "whole_fields"};
     std::ranges::copy(words_in(options), std::back_inserter(bake));
     expect_done(bake);
@@ -99,7 +100,7 @@ TEST_F(FarmTest, BouncesAreOneTaskAfterDirectLight) {
 TEST_F(FarmTest, TasksThatRunTogetherAreEachSkippedOnceTheyAreDone) {
     write_scene();
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "4", "--bake-options",
-                 "--face-size 16 --bounces 0 --no-render"});
+                 "--error off --face-size 16 --bounces 0 --no-render"});
     const Outcome some = run({"work", "plan", "--tasks", "1-2,5"});
     EXPECT_EQ(some.code, 0) << some.err;
     EXPECT_NE(some.out.find("tasks  1-2 done in"), std::string::npos) << some.out;
@@ -135,14 +136,24 @@ TEST_F(FarmTest, IndivisibleWorkIsOneTask) {
     expect_all_worked("plan");
     expect_done({"join", "plan"});
     expect_same_files("plan/results/room", "whole");
+
+    // A search computes the samples that it uses, here none.
+    expect_done(
+        {"bake", "room.toml", "-o", "searched", "--face-size", "16", "--error", "20%", "--no-render"});
+    expect_done({"plan", "room.toml", "-o", "search", "--tasks", "3", "--bake-options",
+                 "--face-size 16 --error 20% --no-render"});
+    EXPECT_EQ(task_count("search"), 1u);
+    expect_all_worked("search");
+    expect_done({"join", "search"});
+    expect_same_files("search/results/room", "searched");
 }
 
 TEST_F(FarmTest, KilledTasksAreRepeatedAndLeaveNoPartialFiles) {
     write_scene();
-    expect_done(
-        {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "32", "--no-render"});
-    expect_done(
-        {"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options", "--face-size 32 --no-render"});
+    expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--error", "off",
+                 "--face-size", "32", "--no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options",
+                 "--error off --face-size 32 --no-render"});
     const std::size_t count = task_count("plan");
     const auto begin = std::chrono::steady_clock::now();
     ASSERT_EQ(work("plan", 0).code, 0);
@@ -177,7 +188,7 @@ TEST_F(FarmTest, KilledTasksAreRepeatedAndLeaveNoPartialFiles) {
 TEST_F(FarmTest, JoinNamesMissingAndDamagedResultsAndWorkRepairsThem) {
     write_scene();
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options",
-                 "--face-size 16 --bounces 0 --no-render"});
+                 "--error off --face-size 16 --bounces 0 --no-render"});
     const std::size_t count = task_count("plan");
     ASSERT_EQ(count, 6u);
     EXPECT_EQ(run({"plan", "room.toml", "-o", "plan"}).code, 1) << "there is one already";
@@ -223,7 +234,7 @@ TEST_F(FarmTest, TheInstructionSetIsStoredAndAMissingOneIsRefused) {
     const Outcome unknown = run({"plan", "room.toml", "-o", "none", "--instructions", "SVE9"});
     EXPECT_EQ(unknown.code, 1);
     EXPECT_NE(unknown.err.find("SVE9"), std::string::npos) << unknown.err;
-    const Words bake{"--bake-options", "--face-size 16 --no-render", "--instructions", "AVX2"};
+    const Words bake{"--bake-options", "--error off --face-size 16 --no-render", "--instructions", "AVX2"};
     for (const char* tasks : {"1", "3"}) {
         const std::string plan = std::string("plan_") + tasks;
         Words words{"plan", "room.toml", "-o", plan, "--tasks", tasks};
@@ -313,10 +324,10 @@ TEST_F(FarmTest, ALibraryIsListedVerifiedAndPruned) {
 TEST_F(FarmTest, GnuParallelRunsAPlanAndDoesLostAndDamagedTasksAgain) {
     if (std::system("command -v parallel > /dev/null") != 0) GTEST_SKIP() << "GNU parallel is not installed";
     write_scene();
-    expect_done(
-        {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});
+    expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--error", "off",
+                 "--face-size", "16", "--no-render"});
     expect_done({"plan", "room.toml", "-o", "a plan's", "--tasks", "3", "--threads", "1", "--bake-options",
-                 "--face-size 16 --no-render"});
+                 "--error off --face-size 16 --no-render"});
     const char* const script = "sh \"a plan's/parallel.sh\" --tasks-per-job=2 --jobs 2";
     const Outcome first = shell(script);
     EXPECT_EQ(first.code, 0) << first.err;
@@ -337,7 +348,7 @@ TEST_F(FarmTest, TheSetupIsAtMostATenthOfTheEstimatedTaskTime) {
     write_scene("large", 3000000);
     // Returns the parts of the bake, and their total estimated time. [s]
     const auto bake = [&](const std::string& plan, const Words& division) {
-        Words words{"plan", "large.toml", "-o", plan, "--bake-options", "--bounces 0"};
+        Words words{"plan", "large.toml", "-o", plan, "--bake-options", "--error off --bounces 0"};
         words.insert(words.end(), division.begin(), division.end());
         expect_done(words);
         const auto json = nlohmann::json::parse(text_of(folder / (plan + "/plan.json")), nullptr, false);
@@ -360,7 +371,8 @@ TEST_F(FarmTest, TenThousandInstancesArePlannedAndSimulated) {
         scene += fmt::format("[[instances]]\nentity = \"box\"\ntranslate = [{}, 0.001, {}]\n",
                              2 + 1.5 * (i % 100), 1.5 * (i / 100));
     write_text(folder / "room.toml", scene);
-    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "10000", "--bake-options", "--bounces 0"});
+    expect_done(
+        {"plan", "room.toml", "-o", "plan", "--tasks", "10000", "--bake-options", "--error off --bounces 0"});
     const Outcome simulated = run({"status", "plan", "--nodes", "10,100,1000", "--json"});
     const auto state = nlohmann::json::parse(simulated.out, nullptr, false);
     EXPECT_EQ(state.value("tasks", 0), 30000);

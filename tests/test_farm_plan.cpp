@@ -25,11 +25,11 @@ FarmPlan example_plan() {
     };
     add({"precompute", "room.toml", "-o", "out"}, Division::samples, 3);
     add({"reference", "room.toml", "-o", "out"}, Division::strips, 4);
-    add({"bake", "room.toml", "-o", "out", "--bounces", "0"}, Division::shading, 2);
-    add({"bake", "room.toml", "-o", "out"}, Division::undivided, 1);
+    add({"bake", "room.toml", "-o", "out", "--error", "off", "--bounces", "0"}, Division::shading, 2);
+    add({"bake", "room.toml", "-o", "out", "--error", "off"}, Division::undivided, 1);
     add({"relight", "room.toml", "-o", "out"}, Division::frames, 5);
-    add({"bake", "room.toml", "-o", "other"}, Division::direct, 2);
-    add({"bake", "room.toml", "-o", "other"}, Division::bounces, 1);
+    add({"bake", "room.toml", "-o", "other", "--error", "off"}, Division::direct, 2);
+    add({"bake", "room.toml", "-o", "other", "--error", "off"}, Division::bounces, 1);
     plan.jobs.back().direct = 5;
     plan.stages = {0, 7, 17, 18};
     return plan;

@@ -70,7 +70,7 @@ done
 
 TEST_F(FarmScripts, SubmitArraysWithinTheLimitsOfSlurm) {
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "12", "--threads", "2", "--bake-options",
-                 "--face-size 16 --no-render"});
+                 "--error off --face-size 16 --no-render"});
     ASSERT_EQ(task_count("plan"), 37u);
     write_text(folder / "queue", "7_1\n7_2\n8\n9\n");
     // For 24, 12 and 1 tasks with places for (40 - 4) * 9 / 10 - 1 = 31 jobs and the join: two tasks per job.
@@ -109,8 +109,8 @@ TEST_F(FarmScripts, SubmitArraysWithinTheLimitsOfSlurm) {
 }
 
 TEST_F(FarmScripts, ARefusedJobIsAnErrorAndTheOthersAreCancelled) {
-    expect_done(
-        {"plan", "room.toml", "-o", "plan", "--tasks", "4", "--bake-options", "--face-size 16 --no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "4", "--bake-options",
+                 "--error off --face-size 16 --no-render"});
     for (const int refused : {1, 2, 4}) {
         std::filesystem::remove(folder / "calls");
         std::filesystem::remove(folder / "cancelled");
@@ -138,11 +138,11 @@ TEST_F(FarmScripts, PassOnThatReadersMayBeUnsandboxed) {
 }
 
 TEST_F(FarmScripts, RunTheHookAndSubmitOnlyTasksWithoutAGoodResult) {
-    expect_done(
-        {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});
+    expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--error", "off",
+                 "--face-size", "16", "--no-render"});
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "6", "--hook",
                  "echo hook >> '" + (folder / "hooks").string() + "'; run=env", "--bake-options",
-                 "--face-size 16 --no-render"});
+                 "--error off --face-size 16 --no-render"});
     write_text(folder / "run_jobs", "");
     Outcome submitted = submit("--tasks-per-job=3");
     EXPECT_EQ(submitted.code, 0) << submitted.err << text_of(folder / "jobs.log");
@@ -173,7 +173,7 @@ TEST_F(FarmScripts, RunTheHookAndSubmitOnlyTasksWithoutAGoodResult) {
 
 TEST_F(FarmScripts, LimitsOfMemoryFollowFinishedTasks) {
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options",
-                 "--face-size 16 --bounces 0 --no-render"});
+                 "--error off --face-size 16 --bounces 0 --no-render"});
     const auto megabytes = [&] {
         std::istringstream lines(run({"status", "plan", "--batches", "10"}).out);
         std::map<std::string, int> by_tasks;

@@ -299,7 +299,7 @@ TEST_F(MeshAppearance, ScenesUseTheFilesMaterialsAndReplaceThemByName) {
     scene.entities = {entity};
     scene.instances = {{"squares", 0, {}}};
     SceneEntityOptions options;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const auto surfaces = [&] {
         const Result<SceneEntities> made = prepare_scene_entities(scene, options);
         EXPECT_TRUE(made) << made.error().message();

@@ -195,6 +195,37 @@ TEST(MeshRefinement, LeavesNoCracks) {
         }
 }
 
+TEST(MeshRefinement, LocatesPointsOfTheStart) {
+    const LitBox lit;
+    const std::vector<RadiantMesh> start = lit.radiant(6);
+    MeshRefiner refiner(lit.shading, {0.005f, 4000}, start);
+    while (*refiner.step()) continue;
+    std::mt19937 random(5);
+    std::vector<MeshPoint> points;
+    for (std::uint32_t k = 0; k < 500; ++k) {
+        const std::uint32_t i = k % 2;
+        const float u = uniform(random, 0.0f, 1.0f), v = uniform(random, 0.0f, 1 - u);
+        points.push_back({i, k % std::uint32_t(start[i].mesh.triangles.size()), u, v});
+    }
+    std::vector<MeshRefiner::Located> located;
+    for (const MeshPoint& point : points) located.push_back(refiner.located(point));
+    const Refinement refined = std::move(refiner).finished();
+    std::size_t moved = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Mesh &before = start[points[k].instance].mesh, &after = refined.meshes[points[k].instance].mesh;
+        Vec3f at(0.0f), found(0.0f);
+        for (std::size_t c = 0; c < 3; ++c) {
+            at += before.positions[before.triangles[points[k].triangle][c]] * points[k].weights()[c];
+            found += after.positions[located[k].corners[c]] * located[k].weights[c];
+            EXPECT_GE(located[k].weights[c], -1e-6f);
+        }
+        EXPECT_LT((at - found).length(), 1e-6f) << "point " << k;
+        moved += located[k].corners != before.triangles[points[k].triangle];
+        EXPECT_GE(located[k].difference, 0.0f);
+    }
+    EXPECT_GT(moved, 100u);
+}
+
 TEST(MeshRefinement, IsBitIdenticalForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<Refinement> results;

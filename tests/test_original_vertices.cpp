@@ -18,7 +18,7 @@ namespace {
 
 void prepare_with_original_vertices(const Scene& scene, SceneEntities& entities) {
     SceneEntityOptions options;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     options.original_vertices = true;
     Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
     ASSERT_TRUE(prepared) << prepared.error().message();

@@ -40,7 +40,7 @@ protected:
 
     SceneEntities entities() const {
         SceneEntityOptions meshes_only;
-        meshes_only.fields = false;
+        meshes_only.fields = FieldExtent::none;
         Result<SceneEntities> prepared = prepare_scene_entities(scene, meshes_only);
         EXPECT_TRUE(prepared) << prepared.error().message();
         return std::move(*prepared);

@@ -73,7 +73,7 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
 
 TEST_F(SceneEntitiesTest, WarnsOfOpenEdgesUnlessTheMeshIsFlat) {
     scene.entities[0].materials.clear();
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const auto warnings = [&](const char* corner) {
         std::ofstream(folder / "box.obj")
             << "v 0 0 0\nv 4 1 0\nv 4 1 3\nv " << corner << "\nf 1 2 3\nf 1 3 4\n";
@@ -242,7 +242,7 @@ TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasASeparateField) {
 TEST_F(SceneEntitiesTest, ReportsFindingsOfAMeshOnce) {
     for (const Shape& shape : {stretched(2, 0.5, 1), stretched(-1, 1, 1)})
         scene.instances.push_back({"box", 0, {}, shape});
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities);
     EXPECT_EQ(entities->entities.size(), 3u);
@@ -259,7 +259,7 @@ TEST_F(SceneEntitiesTest, TrianglesFlattenedByRoundingAreOmitted) {
     for (std::size_t i = 0; i < 3; ++i) map[i] = slant.row[i] * (i == 0 ? 2e-4 : 1);
     scene.instances.resize(1);
     scene.instances[0].shape = placed_shape(map)->shape;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities) << entities.error().message();
     const PreparedMesh& mesh = entities->entities[0]->mesh;

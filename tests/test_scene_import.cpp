@@ -87,7 +87,7 @@ TEST_F(SceneImportTest, NodesBecomeInstancesThatShareEntities) {
     for (std::size_t i = 0; i < 3; ++i)
         expect_near(Vec3f(placed(again.instances[i], p)), Vec3f(wanted[i]), 1e-5f);
     SceneEntityOptions options;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const Result<SceneEntities> entities = prepare_scene_entities(again, options);
     ASSERT_TRUE(entities) << entities.error().message();
     EXPECT_EQ(entities->entities.size(), 2u) << "one of them is mirrored and flattened";
@@ -144,7 +144,7 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     ASSERT_EQ(result->scene.entities.size(), 4u);
     write_text(folder / "floor.obj", result->floor_obj);
     SceneEntityOptions options;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const Result<SceneEntities> entities = prepare_scene_entities(read_back(result->scene), options);
     ASSERT_TRUE(entities) << entities.error().message();
     for (const std::string& warning : entities->warnings)
@@ -287,7 +287,7 @@ TEST_F(SceneImportTest, AWrongPartIsAnErrorThatListsThem) {
     Scene scene = imported(written("pair.obj", two_objects))->scene;
     scene.entities[0].part = "middle";
     SceneEntityOptions options;
-    options.fields = false;
+    options.fields = FieldExtent::none;
     const Result<SceneEntities> entities = prepare_scene_entities(scene, options);
     ASSERT_FALSE(entities);
     EXPECT_NE(entities.error().message().find("no part \"middle\""), std::string::npos);

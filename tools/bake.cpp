@@ -1,4 +1,6 @@
 #include "bridge/files/mesh_file.h"
+#include "bridge/pictures/preview.h"
+#include "scenes/bake_search.h"
 #include "scenes/original_vertices.h"
 #include "scenes/scene_bake.h"
 #include "scenes/scene_shading.h"
@@ -21,6 +23,7 @@ struct BakeCommandOptions {
     std::string output;
     std::vector<std::string> formats{"ply"};
     bool no_render = false;
+    bool worst = false;
 };
 
 /// Calls write_baked_scene and warns about clamped radiance.
@@ -55,25 +58,97 @@ OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entit
     return original;
 }
 
+/// Prints and reports the error that a search reached, and its choices.
+void report_search(const Scene& scene, const SearchOutcome& search, CommandContext& context) {
+    const BakeError& error = search.error;
+    const WorstPoint& worst = error.worst;
+    const std::string& instance = scene.instances[worst.point.at.instance].name;
+    auto& report = context.report["error"];
+    report = {{"target", search.target},
+              {"reached", error.total},
+              {"low", error.low},
+              {"high", error.high},
+              {"between_vertices", error.between},
+              {"at_vertices", error.at_vertices},
+              {"indirect_light", error.indirect},
+              {"over", search.is_everywhere ? "surfaces" : "pixels"},
+              {"points", error.points},
+              {"references", error.references},
+              {"is_met", search.end == SearchEnd::reached},
+              {"reason", reason_of(search.end, search.vertex_budget)},
+              {"worst", {{"instance", instance}, {"error", worst.error}}},
+              {"choices",
+               {{"vertex_budget", search.vertex_budget},
+                {"colours", search.fitted ? "fitted" : "sampled"},
+                {"directions", search.directions},
+                {"shaded_points", search.shaded_points},
+                {"rounds", search.rounds}}}};
+    if (!search.is_everywhere)
+        report["worst"]["pixel"] = {int(worst.point.pixel) % scene.camera.width,
+                                    int(worst.point.pixel) / scene.camera.width};
+    const std::string place =
+        search.is_everywhere ? std::string()
+                             : fmt::format("pixel {}, {} of ", int(worst.point.pixel) % scene.camera.width,
+                                           int(worst.point.pixel) / scene.camera.width);
+    context.print(
+        "error  {:.2f} % ({:.2f} to {:.2f} %): {:.2f} % between vertices, {:.2f} % at vertices, {:.2f} % "
+        "indirect light\n",
+        100 * error.total, 100 * error.low, 100 * error.high, 100 * error.between, 100 * error.at_vertices,
+        100 * error.indirect);
+    context.print("worst  {:.0f} % at {}{}\n", 100 * worst.error, place, instance);
+    if (search.end != SearchEnd::reached)
+        context.warn(fmt::format("the error is {:.2g} %; expected at most {:.2g} %: {}", 100 * error.total,
+                                 100 * search.target, reason_of(search.end, search.vertex_budget)));
+}
+
+/// Draws the surroundings of the point with the largest error: a quarter of the picture's height.
+Result<Done> write_worst(const std::filesystem::path& file, const Scene& scene, const ShadedScene& shaded,
+                         const BakedScene& baked, const LatLongImage& background, CommandContext& context) {
+    const MeshPoint& at = baked.search->error.worst.point.at;
+    const ShadedInstance& instance = shaded.instances[at.instance];
+    const Mesh& mesh = *shaded.entities[instance.entity].mesh;
+    Vec3f place(0.0f);
+    for (std::size_t c = 0; c < 3; ++c)
+        place += mesh.positions[mesh.triangles[at.triangle][c]] * at.weights()[c];
+    Camera camera = scene.camera;
+    camera.target = instance.placement.point_to_world(place);
+    camera.vertical_fov /= 4;
+    camera.width = camera.height = 320;
+    const Image picture = Preview().draw(camera, baked.instances, [&](const Vec3f& direction) {
+        return radiance_from(background, Vec3d(direction));
+    });
+    HF_TRY_DONE(write_image(picture, file));
+    context.report["error"]["worst"]["image"] = file.string();
+    context.print("worst  {}\n", file.string());
+    return Done{};
+}
+
 Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
-    HF_TRY_DONE(check_bake(options.render.bake));
+    RenderChoices render = options.render;
+    render.bake.error = target_error(render);
+    HF_TRY_DONE(check_bake(render.bake));
     const std::filesystem::path output = options.output;
     HF_TRY(Scene scene, opened_scene(options.scene));
     HF_TRY(Environment environment, opened_environment(scene, context));
-    HF_TRY(const SceneEntities entities, opened_entities(scene, options.render, output, context));
+    if (render.bake.error) render.entities.fields = search_fields(scene, render.shading.occlusion);
+    HF_TRY(const SceneEntities entities,
+           opened_entities(render.bake.error ? search_start(scene) : scene, render, output, context));
     HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
     expose_room(scene, entities, environment, context);
 
     const ShadedScene shaded = shaded_scene(scene, entities, std::move(environment));
     const Stopwatch watch;
+    std::vector<std::optional<MeshPoint>> pixels;
+    if (render.bake.error && !render.bake.everywhere)
+        pixels = Preview().points(scene.camera, preview_instances(shaded));
     std::optional<PointSharing> sharing;
     if (context.share) sharing = point_sharing(*context.share);
-    HF_TRY(const BakedScene baked,
-           baked_scene(scene, entities, shaded, options.render.shading, options.render.bake, context.progress,
-                       sharing ? &*sharing : nullptr));
+    HF_TRY(const BakedScene baked, baked_scene(scene, entities, shaded, render.shading, render.bake,
+                                               context.progress, sharing ? &*sharing : nullptr, pixels));
     if (context.share && !context.share->joins) return ExitCode::done;
+    if (baked.search) report_search(scene, *baked.search, context);
     if (baked.refinement)
-        context.report["refinement"] = {{"tolerance", *options.render.bake.refine},
+        context.report["refinement"] = {{"tolerance", *render.bake.refine},
                                         {"vertex_budget", baked.refinement->vertex_budget},
                                         {"largest_error", baked.refinement->largest_error},
                                         {"shaded_points", baked.refinement->shaded_points},
@@ -89,10 +164,9 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
     context.report["vertices"] = vertices;
     report_time(context.report, "shade", shading);
-    context.report["evaluator"] = render_option("evaluator").text(options.render);
-    if (options.render.bake.evaluator == Evaluator::rays)
-        context.report["samples"] = options.render.bake.samples;
-    context.report["occlusion"] = render_option("occlusion").text(options.render);
+    context.report["evaluator"] = render_option("evaluator").text(render);
+    if (render.bake.evaluator == Evaluator::rays) context.report["samples"] = render.bake.samples;
+    context.report["occlusion"] = render_option("occlusion").text(render);
     context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
                   shading.wall);
 
@@ -100,6 +174,8 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     const LatLongImage background = image_with_suns(shaded.environment);
     HF_TRY(const BakedFiles files, written_scene(output, file_stem(scene), scene.camera, instances,
                                                  BackgroundDescription{&background}, context));
+    if (options.worst && baked.search)
+        HF_TRY_DONE(write_worst(output / "worst.png", scene, shaded, baked, background, context));
     context.report["scene"] = files.scene.string();
     for (const std::filesystem::path& image : files.images)
         context.report["images"].push_back(image.string());
@@ -108,7 +184,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     std::vector<MeshFormat> formats;
     for (const std::string& name : options.formats)
         formats.push_back(*std::ranges::find(mesh_formats(), name, &MeshFormat::name));
-    if (options.render.entities.original_vertices)
+    if (render.entities.original_vertices)
         original = at_original_vertices(scene, entities, instances,
                                         std::ranges::any_of(formats, &MeshFormat::has_images), context);
     for (const MeshFormat& format : formats) {
@@ -149,7 +225,8 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
 }  // namespace
 
 Command bake_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("bake", "Shade every vertex and write it for POV-Ray");
+    CLI::App* app =
+        program.add_subcommand("bake", "Bake light into vertex colours, for POV-Ray and mesh files");
     const auto options = std::make_shared<BakeCommandOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output,
@@ -175,6 +252,8 @@ Command bake_command(CLI::App& program) {
         ->default_str("ply")
         ->type_name("FORMAT")
         ->group(files_group);
+    app->add_flag("--worst", options->worst, "With --error: draw the place with the largest error, worst.png")
+        ->group(shown_group);
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray")->group(speed_group);
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"

@@ -55,9 +55,9 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
         HF_TRY_DONE(check_new(floor, options.overwrite));
         HF_TRY_DONE(write_file(floor, imported.floor_obj));
     }
-    const std::string text = scene_text(scene, output,
-                                        fmt::format("{}\nhaarfield bake {} -o {} --refine 0.01",
-                                                    context.command_line, file.string(), output.string()));
+    const std::string text = scene_text(
+        scene, output,
+        fmt::format("{}\nhaarfield bake {} -o {}", context.command_line, file.string(), output.string()));
     HF_TRY_DONE(write_file(file, text));
     context.report["scene"] = file.string();
     context.report["entities"] = scene.entities.size();

@@ -214,7 +214,7 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
                                                output};
             if (command != "reference") arguments.insert(arguments.end(), {"--fields", fields});
             for (std::string& word : CLI::detail::split_up(further)) arguments.push_back(std::move(word));
-            if (command != "reference")
+            if (command != "reference" && !searches(arguments))  // a search computes the samples that it uses
                 HF_TRY_DONE(add_fields(planned, arguments, options, plan.threads, known_fields, plan));
             if (is_fields) continue;
             HF_TRY(std::vector<PlanJob> made,
@@ -321,9 +321,11 @@ Command plan_command(CLI::App& program) {
         "--threads is the number of threads of each task. Fields are divided by samples, bakes by vertices,\n"
         "references by lights and rows, relights by frames. Indirect light is one task per bake and runs "
         "after\n"
-        "the direct light. One task each: bakes with --refine, bakes with indirect light and --colours "
-        "fitted,\n"
-        "references with --relative-error or --radiosity.\n"
+        "the direct light. One task each: bakes with --error (the default) or --refine, bakes with indirect\n"
+        "light and --colours fitted, references with --relative-error or --radiosity. `--bake-options "
+        "\"--error "
+        "off\"`\n"
+        "divides bakes.\n"
         "Example:\n  haarfield plan scenes/table_and_chairs.toml -o out/plan --want bake,reference --threads "
         "2\n"
         "  sh out/plan/parallel.sh --jobs 1    # or sh out/plan/slurm.sh");

@@ -70,6 +70,36 @@ std::vector<std::string> words_in(const std::string& list) {
     return words;
 }
 
+/// Returns the number in a text, which may be a percentage if the option is a share.
+std::optional<double> number_of(const RenderOption& row, std::string_view text) {
+    if (!row.is_share || !text.ends_with('%')) return number_in(*row.range, text, row.is_whole);
+    const std::optional<double> percent = number_in({0, 100}, text.substr(0, text.size() - 1));
+    if (!percent || !row.range->contains(*percent / 100)) return std::nullopt;
+    return *percent / 100;
+}
+
+RenderOption error() {
+    RenderOption row{
+        "error",
+        OptionSet::bake,
+        shown_group,
+        "E",
+        "The error to reach, such as 1%; off: no search",
+        "The relative RMS error of linear radiance over the pixels of the picture, or over all "
+        "surfaces with --everywhere. The bake chooses vertices, colours and rays, and prints the "
+        "error that it reaches. --refine, --original-vertices, `--colours fitted` and other "
+        "evaluators turn the search off."};
+    row.words = {"off"};
+    row.range = Range{1e-4, 1};
+    row.is_share = true;
+    row.text = [](const RenderChoices& c) {
+        const std::optional<double> target = target_error(c);
+        return target ? fmt::format("{}", *target) : "off";
+    };
+    row.set_text = [](RenderChoices& c, const std::string& text) { c.error = text; };
+    return row;
+}
+
 RenderOption face_size() {
     RenderOption row{
         "face-size", OptionSet::fields, accuracy_group, "N", "Texels along an edge of the cubemaps", ""};
@@ -124,6 +154,12 @@ std::vector<RenderOption> table() {
     std::vector<RenderOption> rows;
     const auto add = [&](RenderOption row) { rows.push_back(std::move(row)); };
 
+    add(error());
+    add(flag(
+        {"everywhere", Set::bake, shown_group, "", "Measure the error over all surfaces by area",
+         "For meshes that are viewed from all sides. Without it, the error is that of the camera's "
+         "picture."},
+        [](auto& c) -> auto& { return c.bake.everywhere; }));
     add(bounces());
     add(passes());
     add(flag(
@@ -139,8 +175,9 @@ std::vector<RenderOption> table() {
          "the scene."},
         {1e-4, 1}, [](auto& c) -> auto& { return c.bake.refine; }));
     add(number(
-        {"vertex-budget", Set::bake, accuracy_group, "N", "The largest number of vertices with --refine",
-         "The default is 60000, or 1.5 times the number of vertices of the models, whichever is more."},
+        {"vertex-budget", Set::bake, accuracy_group, "N", "The largest number of vertices",
+         "The default is 60000, or 1.5 times the number of vertices of the models, whichever is more; with "
+         "--error also the number of vertices that the scene asks for. Needs --error or --refine."},
         {1, 50e6}, [](auto& c) -> auto& { return c.bake.vertex_budget; }));
     add(choice(
         {"occlusion", Set::occlusion, accuracy_group, "", "Occlusion by other objects",
@@ -205,10 +242,21 @@ std::vector<RenderOption> table() {
 
 }  // namespace
 
+std::optional<double> target_error(const RenderChoices& choices) {
+    const RenderOption& row = render_option("error");
+    if (choices.error == "off") return std::nullopt;
+    if (!choices.error.empty()) return number_of(row, choices.error);
+    constexpr double usual = 0.01;
+    const BakeOptions& bake = choices.bake;
+    const bool is_chosen = bake.refine || bake.colours == BakedColours::fitted ||
+                           bake.evaluator != Evaluator::tree || choices.entities.original_vertices;
+    return is_chosen ? std::nullopt : std::optional(usual);
+}
+
 std::string RenderOption::trouble(const std::string& value) const {
     const std::vector<std::string> given = is_list ? words_in(value) : std::vector{value};
     const auto is_value = [&](const std::string& word) {
-        return std::ranges::find(words, word) != words.end() || (range && number_in(*range, word, is_whole));
+        return std::ranges::find(words, word) != words.end() || (range && number_of(*this, word));
     };
     if (!given.empty() && std::ranges::all_of(given, is_value)) return {};
     if (!range) return fmt::format("is {}; expected one of {}", value, values());

@@ -21,9 +21,14 @@ struct RenderChoices {
 
     SceneEntityOptions entities;  ///< An empty fields_folder: `fields` in the output folder.
     RenderSettings shading;       ///< Its face_size is that of the entities.
-    BakeOptions bake;
+    BakeOptions bake;             ///< Its error is determined by target_error.
+    std::string error;            ///< As given: a number, a percentage or `off`. Empty: not given.
     TransferSettings transfer;
 };
+
+/// Returns BakeOptions::error for these choices: the given error. If none is given, 1 %, or none if other
+/// options choose the vertices or the evaluator.
+std::optional<double> target_error(const RenderChoices& choices);
 
 /// Sets of options; a command has all options of some sets.
 enum class OptionSet { fields, vertices, occlusion, lighting, depth, bake, frames };
@@ -43,6 +48,7 @@ struct RenderOption {
     std::vector<std::string> words{};  ///< The valid words.
     std::optional<Range> range{};      ///< The valid numbers.
     bool is_whole = false;             ///< Numbers are whole.
+    bool is_share = false;             ///< Numbers may be percentages: `1%` for 0.01.
     bool is_optional = false;          ///< True if the value may be missing; `text` is then empty.
     bool is_list = false;              ///< Words, separated by commas.
     bool is_flag = false;              ///< The value is `true` or `false`.

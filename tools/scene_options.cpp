@@ -222,6 +222,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& c
     for (const std::string& warning : entities->warnings) context.warn(warning);
 
     context.report["fields"] = nlohmann::json::array();
+    if (wanted.fields == FieldExtent::none) return entities;
     for (const auto& entity : entities->entities) {
         const VisibilityField& field = entity->field;
         const std::size_t samples =

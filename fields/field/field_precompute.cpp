@@ -215,7 +215,10 @@ private:
 
 }  // namespace
 
-FieldKeys field_keys(const PreparedMesh& mesh, const FieldSettings& settings) {
+namespace {
+
+/// Returns the keys of a field whose vertices are those of `fine`.
+FieldKeys keys_of(const PreparedMesh& mesh, const Mesh& fine, const FieldSettings& settings) {
     ContentHasher surroundings;
     surroundings.add(mesh.original);
     surroundings.add(mesh.coarse);
@@ -229,9 +232,33 @@ FieldKeys field_keys(const PreparedMesh& mesh, const FieldSettings& settings) {
     FieldKeys keys{surroundings.hash(), {}};
     ContentHasher whole;
     whole.add(keys.surroundings);
-    whole.add(mesh.fine);
+    whole.add(fine);
     keys.whole = whole.hash();
     return keys;
+}
+
+/// Computes the samples and the error of a field whose keys and samplers are set.
+Result<VisibilityField> computed_field(VisibilityField field, const PreparedMesh& mesh,
+                                       const EntityOcclusion& occlusion, bool has_local,
+                                       const Progress& progress, const PrecomputedSamples& known) {
+    const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
+    const SampledOccluder sampled = has_local
+                                        ? sampled_occluder(mesh, occlusion, is_inside)
+                                        : SampledOccluder{occlusion.coarse(), is_inside, nullptr, {}, {}, {}};
+    HF_TRY_DONE(make_samples(field, sampled, known.runs, progress));
+    field.error = known.error ? *known.error : field_error(field, occlusion, progress.stop);
+    if (progress.stop.stop_requested()) return interruption(field.entity);
+    return field;
+}
+
+}  // namespace
+
+FieldKeys field_keys(const PreparedMesh& mesh, const FieldSettings& settings) {
+    return keys_of(mesh, mesh.fine, settings);
+}
+
+FieldKeys surroundings_keys(const PreparedMesh& mesh, const FieldSettings& settings) {
+    return keys_of(mesh, Mesh(), settings);
 }
 
 SampleRun surrounding_samples(const VisibilityField& field) {
@@ -266,10 +293,24 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     field.entity = std::move(entity);
     field.keys = field_keys(mesh, settings);
     set_samplers(field, mesh_bounds(mesh.fine), settings);
-    const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
-    HF_TRY_DONE(make_samples(field, sampled_occluder(mesh, occlusion, is_inside), known.runs, progress));
-    field.error = known.error ? *known.error : field_error(field, occlusion, progress.stop);
-    if (progress.stop.stop_requested()) return interruption(field.entity);
+    return computed_field(std::move(field), mesh, occlusion, true, progress, known);
+}
+
+Result<VisibilityField> precompute_surroundings(std::string entity, const PreparedMesh& mesh,
+                                                const EntityOcclusion& occlusion,
+                                                const FieldSettings& settings, const Progress& progress,
+                                                const PrecomputedSamples& known) {
+    VisibilityField field;
+    field.entity = std::move(entity);
+    field.keys = surroundings_keys(mesh, settings);
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
+    return computed_field(std::move(field), mesh, occlusion, false, progress, known);
+}
+
+VisibilityField empty_field(std::string entity, const PreparedMesh& mesh, const FieldSettings& settings) {
+    VisibilityField field;
+    field.entity = std::move(entity);
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
     return field;
 }
 

@@ -54,6 +54,20 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress = {}, const PrecomputedSamples& known = {});
 
+/// Returns the keys of a field without local samples: with the surroundings of field_keys.
+FieldKeys surroundings_keys(const PreparedMesh& mesh, const FieldSettings& settings);
+
+/// Computes the field of an entity without local samples; otherwise as precompute_field.
+///
+/// known  surroundings of a field with the same ones.
+Result<VisibilityField> precompute_surroundings(std::string entity, const PreparedMesh& mesh,
+                                                const EntityOcclusion& occlusion,
+                                                const FieldSettings& settings, const Progress& progress = {},
+                                                const PrecomputedSamples& known = {});
+
+/// Returns the field of an entity without samples: for scenes in which it is always evaluated exactly.
+VisibilityField empty_field(std::string entity, const PreparedMesh& mesh, const FieldSettings& settings);
+
 /// Samples the visibility around an occluder with both samplers: a field without local samples, keys and
 /// error estimate.
 ///

@@ -62,7 +62,8 @@ struct FieldError {
 };
 
 /// The visibility field of an entity: handles of cubemaps in a pool, for each sample of both samplers and
-/// each vertex of the fine mesh.
+/// each vertex of the fine mesh. A field without local samples, or without any, serves bakes that sample
+/// visibility at the vertices themselves.
 ///
 /// Visibility is 1 if a direction is unoccluded, 0 if the entity blocks it, and in between on a partly
 /// covered texel. Planar and spherical samples are taken around the coarse mesh, local samples around
@@ -77,9 +78,12 @@ struct VisibilityField {
     SphericalSampler spherical;
     std::vector<std::int32_t> planar_handles;     ///< One per sample of `planar`.
     std::vector<std::int32_t> spherical_handles;  ///< One per sample of `spherical`.
-    std::vector<std::int32_t> local_handles;      ///< One per vertex of the fine mesh.
+    std::vector<std::int32_t> local_handles;      ///< One per vertex of the fine mesh; or none.
     QuadtreePool pool;
     FieldError error;
+
+    /// True if the field has samples around the entity.
+    bool has_surroundings() const { return !spherical_handles.empty(); }
 };
 
 /// Returns the offset of the planar samples above the sampler's plane, so that surfaces on the ground are not

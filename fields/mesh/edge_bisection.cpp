@@ -25,6 +25,7 @@ EdgeBisection::EdgeBisection(Mesh mesh) : mesh_(std::move(mesh)) {
             edges_of_triangle_[t][k] = found->second;
         }
     }
+    cuts_.resize(mesh_.triangles.size());
 }
 
 std::uint32_t EdgeBisection::add_edge(std::uint32_t a, std::uint32_t b) {
@@ -109,6 +110,8 @@ bool EdgeBisection::split(std::uint32_t edge) {
         mesh_.triangles[t] = {from, vertex, opposite};
         edges_of_triangle_[t] = {from_half, cut->second, near_side};
         mesh_.triangles.push_back({vertex, to, opposite});
+        cuts_[t].push_back({static_cast<std::uint8_t>(k), fresh});
+        cuts_.emplace_back();
         edges_of_triangle_.push_back({to_half, far_side, cut->second});
         edges_[from_half].triangles.push_back(t);
         edges_[to_half].triangles.push_back(fresh);
@@ -117,6 +120,21 @@ bool EdgeBisection::split(std::uint32_t edge) {
         *std::find(on_far_side.begin(), on_far_side.end(), t) = fresh;
     }
     return true;
+}
+
+EdgeBisection::TrianglePoint EdgeBisection::located(TrianglePoint point) const {
+    for (std::size_t n = 0; n < cuts_[point.triangle].size(); ++n) {
+        const auto [corner, other] = cuts_[point.triangle][n];
+        const double from = point.weights[corner], to = point.weights[(corner + 1u) % 3],
+                     opposite = point.weights[(corner + 2u) % 3];
+        if (from >= to) {
+            point.weights = {from - to, 2 * to, opposite};
+        } else {
+            point = {other, {2 * from, to - from, opposite}};
+            n = ~std::size_t(0);  // All splits of the other triangle are later than this one.
+        }
+    }
+    return point;
 }
 
 }  // namespace haarfield

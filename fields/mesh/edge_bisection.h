@@ -26,6 +26,12 @@ public:
         std::vector<std::uint32_t> triangles;
     };
 
+    /// A point of a triangle, as weights of the triangle's corners.
+    struct TrianglePoint {
+        std::uint32_t triangle = 0;
+        std::array<double, 3> weights{};
+    };
+
     explicit EdgeBisection(Mesh mesh);  ///< Takes ownership of the mesh.
 
     const Mesh& mesh() const { return mesh_; }        ///< The current mesh.
@@ -52,7 +58,18 @@ public:
     /// nothing and returns false if single precision has no value in between.
     bool split(std::uint32_t edge);
 
+    /// Returns the triangle that now contains a point of a triangle of the mesh at the start.
+    ///
+    /// cost  proportional to the number of splits of the triangles around the point.
+    TrianglePoint located(TrianglePoint point) const;
+
 private:
+    /// A split of a triangle: it keeps corner `corner`, and `other` gets the next corner.
+    struct Cut {
+        std::uint8_t corner;
+        std::uint32_t other;
+    };
+
     std::uint32_t add_edge(std::uint32_t a, std::uint32_t b);
 
     Mesh mesh_;
@@ -60,6 +77,7 @@ private:
     std::vector<Vec3f> places_;
     std::vector<Edge> edges_;
     std::vector<std::array<std::uint32_t, 3>> edges_of_triangle_;
+    std::vector<std::vector<Cut>> cuts_;  ///< By triangle, in the order of time.
 };
 
 }  // namespace haarfield

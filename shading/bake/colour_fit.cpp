@@ -12,7 +12,8 @@
 namespace haarfield {
 namespace {
 
-constexpr double middle_weight = 0.75, corner_weight = 1.0 / 12;
+/// Of a triangle's middle, of the middle of one of its edges, and of a corner.
+constexpr double middle_weight = 0.75, edge_weight = 0.25, corner_weight = 1.0 / 12;
 
 /// Returns the middles of the triangles; none where a middle is buried or inside another instance, or where
 /// the triangle has no area.
@@ -43,48 +44,78 @@ constexpr int channels = 6;
 float& channel(Outgoing& radiance, int c) {
     return (c < 3 ? radiance.diffuse : radiance.specular)[c % 3];
 }
+float channel(const Outgoing& radiance, int c) {
+    return (c < 3 ? radiance.diffuse : radiance.specular)[c % 3];
+}
 
-/// Returns the fitted radiance of the vertices of a mesh; `middles` by triangle.
-std::vector<Outgoing> fitted(RadiantMesh& shaded, std::span<std::optional<Outgoing>> middles) {
-    const Mesh& mesh = shaded.mesh;
-    const auto count = static_cast<Eigen::Index>(mesh.positions.size());
-    double total_area = 0;
-    for (const auto& triangle : mesh.triangles) total_area += area(mesh, triangle);
-    // This term preserves the radiance of vertices that no triangle with area has. Its effect on other
-    // vertices is below rounding.
-    const double kept = 1e-9 * std::max(total_area, 1e-30) / static_cast<double>(count);
-    std::vector<Eigen::Triplet<double>> entries;
-    Eigen::MatrixXd wanted(count, channels), start(count, channels);
-    for (Eigen::Index v = 0; v < count; ++v) {
-        entries.emplace_back(v, v, kept);
-        for (int c = 0; c < channels; ++c) {
-            start(v, c) = channel(shaded.radiance[std::size_t(v)], c);
-            wanted(v, c) = kept * start(v, c);
+/// The least squares problem of one mesh.
+class RadianceFit {
+public:
+    RadianceFit(const Mesh& mesh, std::span<const Outgoing> sampled)
+        : count_(static_cast<Eigen::Index>(sampled.size())),
+          wanted_(count_, channels),
+          start_(count_, channels) {
+        double total_area = 0;
+        for (const auto& triangle : mesh.triangles) total_area += area(mesh, triangle);
+        // This term preserves the radiance of vertices that no triangle with area has. Its effect on other
+        // vertices is below rounding.
+        const double kept = 1e-9 * std::max(total_area, 1e-30) / static_cast<double>(count_);
+        for (Eigen::Index v = 0; v < count_; ++v) {
+            entries_.emplace_back(v, v, kept);
+            for (int c = 0; c < channels; ++c) {
+                start_(v, c) = channel(sampled[std::size_t(v)], c);
+                wanted_(v, c) = kept * start_(v, c);
+            }
         }
     }
+
+    /// Adds the squared difference between the sum of the corners times `share` and a sample.
+    template <std::size_t corners>
+    void add(const std::array<std::uint32_t, corners>& vertices, double share, double weight,
+             const Outgoing& sample) {
+        for (const Eigen::Index i : vertices) {
+            for (const Eigen::Index k : vertices) entries_.emplace_back(i, k, weight * share * share);
+            for (int c = 0; c < channels; ++c) wanted_(i, c) += weight * share * double(channel(sample, c));
+        }
+    }
+    /// Adds the squared difference from the sample of a vertex.
+    void add(std::uint32_t vertex, double weight) {
+        entries_.emplace_back(vertex, vertex, weight);
+        wanted_.row(vertex) += weight * start_.row(vertex);
+    }
+
+    std::vector<Outgoing> solution() const {
+        Eigen::SparseMatrix<double> matrix(count_, count_);
+        matrix.setFromTriplets(entries_.begin(), entries_.end());
+        Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(matrix);
+        solver.setTolerance(1e-6);
+        const Eigen::MatrixXd solution = solver.solveWithGuess(wanted_, start_);
+        std::vector<Outgoing> radiance;
+        for (Eigen::Index v = 0; v < count_; ++v) {
+            Outgoing found;
+            for (int c = 0; c < channels; ++c) channel(found, c) = static_cast<float>(solution(v, c));
+            radiance.push_back(without_negative(found));
+        }
+        return radiance;
+    }
+
+private:
+    Eigen::Index count_;
+    std::vector<Eigen::Triplet<double>> entries_;
+    Eigen::MatrixXd wanted_, start_;
+};
+
+/// Returns the fitted radiance of the vertices of a mesh; `middles` by triangle.
+std::vector<Outgoing> fitted(const RadiantMesh& shaded, std::span<const std::optional<Outgoing>> middles) {
+    const Mesh& mesh = shaded.mesh;
+    RadianceFit fit(mesh, shaded.radiance);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         if (!middles[t]) continue;
         const double weight = area(mesh, mesh.triangles[t]);
-        for (const Eigen::Index i : mesh.triangles[t]) {
-            for (const Eigen::Index k : mesh.triangles[t])
-                entries.emplace_back(i, k, weight * (middle_weight / 9 + (i == k ? corner_weight : 0.0)));
-            for (int c = 0; c < channels; ++c)
-                wanted(i, c) += weight * (middle_weight / 3 * double(channel(*middles[t], c)) +
-                                          corner_weight * start(i, c));
-        }
+        fit.add(mesh.triangles[t], 1.0 / 3, weight * middle_weight, *middles[t]);
+        for (const std::uint32_t v : mesh.triangles[t]) fit.add(v, weight * corner_weight);
     }
-    Eigen::SparseMatrix<double> matrix(count, count);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(matrix);
-    solver.setTolerance(1e-6);
-    const Eigen::MatrixXd solution = solver.solveWithGuess(wanted, start);
-    std::vector<Outgoing> radiance;
-    for (Eigen::Index v = 0; v < count; ++v) {
-        Outgoing found;
-        for (int c = 0; c < channels; ++c) channel(found, c) = static_cast<float>(solution(v, c));
-        radiance.push_back(without_negative(found));
-    }
-    return radiance;
+    return fit.solution();
 }
 
 }  // namespace
@@ -110,6 +141,20 @@ Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> me
     tbb::parallel_for(std::size_t{0}, meshes.size(),
                       [&](std::size_t i) { meshes[i].radiance = fitted(meshes[i], values[i]); });
     return Done{};
+}
+
+std::vector<Outgoing> fitted_radiance(const Mesh& mesh, std::span<const Outgoing> sampled,
+                                      std::span<const std::array<Outgoing, 3>> middles) {
+    RadianceFit fit(mesh, sampled);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];
+        const double weight = area(mesh, corners);
+        for (std::size_t k = 0; k < 3; ++k) {
+            fit.add(std::array{corners[k], corners[(k + 1) % 3]}, 0.5, weight * edge_weight, middles[t][k]);
+            fit.add(corners[k], weight * corner_weight);
+        }
+    }
+    return fit.solution();
 }
 
 }  // namespace haarfield

@@ -21,4 +21,13 @@ namespace haarfield {
 Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> meshes,
                           const Progress& progress = {});
 
+/// Returns the radiance of a mesh's vertices that is nearest to samples at the vertices and in the middles of
+/// the edges, as fit_radiance.
+///
+/// sampled  by vertex.
+/// middles  by triangle; the k-th is on the edge from corner k to the next.
+/// cost     some 10 us per vertex.
+std::vector<Outgoing> fitted_radiance(const Mesh& mesh, std::span<const Outgoing> sampled,
+                                      std::span<const std::array<Outgoing, 3>> middles);
+
 }  // namespace haarfield

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fields/mesh/edge_bisection.h"
+#include "shading/bake/colour_fit.h"
 #include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
@@ -27,6 +28,7 @@ float difference(const Outgoing& of, const Outgoing& from) {
 /// The shaded middle of an edge, on all its sides.
 struct Middle {
     float error = not_shaded;        ///< The largest error of all sides.
+    float difference = 0;            ///< The largest difference of all sides, not relative.
     std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides.
     LocalSamples samples;            ///< By EdgeBisection::sides.
 };
@@ -44,9 +46,6 @@ struct RefinedInstance {
     double length(std::uint32_t edge) const { return std::sqrt(bisection.squared_length(edge)); }
     bool can_be_split(std::uint32_t edge) const { return length(edge) >= 2 * shortest; }
 
-    /// Returns the priority of a split: the error times the edge's length in the world. [m]
-    double gain(std::uint32_t edge) const { return double(middles[edge].error) * length(edge) * scale; }
-
     /// Returns the longest edge; of equal ones that with the smallest index, so that neighbours agree.
     std::uint32_t longest_edge(std::uint32_t triangle) const {
         const auto& edges = bisection.edges_of(triangle);
@@ -63,24 +62,65 @@ struct InstanceEdge {
     std::uint32_t edge;
 };
 
-class Refiner {
-public:
-    Refiner(const PointShading& shading, const RefinementSettings& wanted, const Progress& progress)
-        : shading_(shading), wanted_(wanted), progress_(progress), solids_(shading.scene) {}
+}  // namespace
 
-    Result<Refinement> operator()(std::vector<RadiantMesh> start) {
+struct MeshRefiner::State {
+    State(const PointShading& shading, const RefinementSettings& wanted, std::vector<RadiantMesh> start)
+        : shading_(shading), wanted_(wanted), solids_(shading.scene) {
         begin(std::move(start));
-        for (bool is_done = false; !is_done;) {
-            HF_TRY_DONE(shade_middles(new_candidates()));
-            const std::vector<InstanceEdge> splits = best_splits();
-            is_done = splits.empty();
-            // Shades the longer edges that must be split before the chosen ones.
-            HF_TRY_DONE(shade_middles(unshaded(splits)));
-            split(splits);
-            fill_buried();
-            if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
-            ++result_.rounds;
+    }
+
+    Result<bool> step(const Progress& progress) {
+        HF_TRY_DONE(shade_middles(new_candidates(), progress));
+        const std::vector<InstanceEdge> splits = best_splits();
+        // Shades the longer edges that must be split before the chosen ones.
+        HF_TRY_DONE(shade_middles(unshaded(splits), progress));
+        split(splits);
+        fill_buried();
+        if (progress.report) progress.report("refining", vertices_, wanted_.vertex_budget);
+        ++result_.rounds;
+        return !splits.empty();
+    }
+
+    Located located(const MeshPoint& at) const {
+        const RefinedInstance& instance = instances_[at.instance];
+        const std::array<float, 3> weights = at.weights();
+        const EdgeBisection::TrianglePoint found = instance.bisection.located(
+            {at.triangle, {double(weights[0]), double(weights[1]), double(weights[2])}});
+        Located result{instance.bisection.mesh().triangles[found.triangle],
+                       {float(found.weights[0]), float(found.weights[1]), float(found.weights[2])}};
+        for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle))
+            result.difference = std::max(result.difference, instance.middles[edge].difference);
+        return result;
+    }
+
+    std::vector<Outgoing> fitted(const RefinedInstance& instance) const {
+        const Mesh& mesh = instance.bisection.mesh();
+        std::vector<std::array<Outgoing, 3>> middles(mesh.triangles.size());
+        for (std::uint32_t edge = 0; edge < instance.middles.size(); ++edge) {
+            const std::vector<EdgeBisection::Side> sides = instance.bisection.sides(edge);
+            for (std::size_t s = 0; s < sides.size(); ++s) {
+                const Outgoing middle =
+                    instance.is_shaded(edge)
+                        ? instance.middles[edge].radiance[s]
+                        : (instance.radiance[sides[s].low] + instance.radiance[sides[s].high]) * 0.5f;
+                for (const std::uint32_t t : sides[s].triangles) {
+                    const auto& edges = instance.bisection.edges_of(t);
+                    middles[t][std::size_t(std::ranges::find(edges, edge) - edges.begin())] = middle;
+                }
+            }
         }
+        return fitted_radiance(mesh, instance.radiance, middles);
+    }
+
+    SceneRadiance fitted() const {
+        SceneRadiance result(instances_.size());
+        tbb::parallel_for(std::size_t{0}, instances_.size(),
+                          [&](std::size_t i) { result[i] = fitted(instances_[i]); });
+        return result;
+    }
+
+    Refinement finished() {
         for (RefinedInstance& instance : instances_) {
             for (const Middle& middle : instance.middles)
                 result_.largest_error = std::max(result_.largest_error, middle.error);
@@ -90,11 +130,10 @@ public:
         return std::move(result_);
     }
 
-private:
-    Result<std::vector<Outgoing>> shaded(const std::vector<InstancePoint>& points) {
+    Result<std::vector<Outgoing>> shaded(const std::vector<InstancePoint>& points, const Progress& progress) {
         result_.shaded_points += points.size();
         Progress silent;
-        silent.stop = progress_.stop;
+        silent.stop = progress.stop;
         return point_radiance(shading_, points, silent);
     }
 
@@ -116,7 +155,20 @@ private:
         mean_ = static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(vertices_, 1)));
     }
 
-    /// Returns the relative error of the interpolated radiance at a shaded point.
+    /// Returns the priority of a split: the error times the edge's length in the world [m], or as viewed from
+    /// the eye.
+    double gain(std::size_t i, std::uint32_t edge) const {
+        const RefinedInstance& instance = instances_[i];
+        const double gain =
+            double(instance.middles[edge].error) * instance.length(edge) * double(instance.scale);
+        if (!wanted_.by_view) return gain;
+        const Vec3f middle =
+            shading_.scene.instances[i].placement.point_to_world(instance.bisection.middle(edge));
+        const double distance = double((middle - shading_.scene.eye).length());
+        return gain / std::max(distance, instance.length(edge) * double(instance.scale));
+    }
+
+    /// The error of a value that was found between two others, whose mean would be taken for it.
     float error(const Outgoing& found, const Outgoing& interpolated) const {
         const float size = channel_sum(interpolated) + mean_;
         return size > 0 ? difference(found, interpolated) / size : 0;
@@ -150,7 +202,7 @@ private:
         return edges;
     }
 
-    Result<Done> shade_middles(const std::vector<InstanceEdge>& edges) {
+    Result<Done> shade_middles(const std::vector<InstanceEdge>& edges, const Progress& progress) {
         struct SideMiddle {
             std::optional<SurfacePoint> point;  ///< Absent if the middle is buried.
             Outgoing interpolated;
@@ -173,42 +225,48 @@ private:
         for (std::size_t n = 0; n < edges.size(); ++n)
             for (const SideMiddle& side : middles[n])
                 if (side.point) points.push_back({edges[n].instance, *side.point});
-        HF_TRY(const std::vector<Outgoing> radiance, shaded(points));
+        HF_TRY(const std::vector<Outgoing> radiance, shaded(points, progress));
         auto next = radiance.begin();
         for (std::size_t n = 0; n < edges.size(); ++n) {
             Middle& middle = instances_[edges[n].instance].middles[edges[n].edge];
-            middle.error = 0;
+            middle.error = middle.difference = 0;
             for (const SideMiddle& side : middles[n]) {
                 middle.radiance.push_back(side.point ? *next++ : side.interpolated);
                 middle.samples.points.push_back(side.point ? side.point->sample : Vec3f(0.0f));
                 middle.samples.buried.push_back(!side.point);
                 middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
+                middle.difference =
+                    std::max(middle.difference, difference(middle.radiance.back(), side.interpolated));
             }
         }
         return Done{};
     }
 
-    /// Returns the edges to be split in this round, as many as the budget allows. Each brings along the
-    /// longer edges of its triangles, which must be split before it.
-    std::vector<InstanceEdge> best_splits() const {
+    /// The edges of this round, and with each the longer ones of its triangles that have to be split before
+    /// it; as many as the budget allows.
+    std::vector<InstanceEdge> best_splits() {
+        budget_used_up_ = false;
         std::vector<InstanceEdge> beyond;
+        std::vector<double> gains;
         double largest = 0;
         for (std::size_t i = 0; i < instances_.size(); ++i)
             for (std::uint32_t edge = 0; edge < instances_[i].middles.size(); ++edge)
                 if (instances_[i].middles[edge].error > wanted_.tolerance) {
                     beyond.push_back({i, edge});
-                    largest = std::max(largest, instances_[i].gain(edge));
+                    gains.push_back(gain(i, edge));
+                    largest = std::max(largest, gains.back());
                 }
-        const auto gain = [&](const InstanceEdge& e) { return instances_[e.instance].gain(e.edge); };
-        std::erase_if(beyond, [&](const InstanceEdge& e) { return gain(e) < 0.5 * largest; });
-        std::stable_sort(beyond.begin(), beyond.end(),
-                         [&](const InstanceEdge& a, const InstanceEdge& b) { return gain(a) > gain(b); });
+        std::vector<std::size_t> order;
+        for (std::size_t n = 0; n < beyond.size(); ++n)
+            if (gains[n] >= 0.5 * largest) order.push_back(n);
+        std::ranges::stable_sort(order, std::greater(), [&](std::size_t n) { return gains[n]; });
 
         std::vector<std::vector<bool>> is_chosen;
         for (const RefinedInstance& instance : instances_) is_chosen.emplace_back(instance.middles.size());
         std::vector<InstanceEdge> chosen;
         std::size_t vertices = vertices_;
-        for (const InstanceEdge& largest_left : beyond) {
+        for (const std::size_t n : order) {
+            const InstanceEdge& largest_left = beyond[n];
             const std::size_t i = largest_left.instance;
             const RefinedInstance& instance = instances_[i];
             const std::size_t before = chosen.size();
@@ -225,6 +283,7 @@ private:
                     choose(instance.longest_edge(t));
             if (vertices + added > wanted_.vertex_budget) {
                 chosen.resize(before);
+                budget_used_up_ = true;
                 break;
             }
             vertices += added;
@@ -266,21 +325,50 @@ private:
         });
     }
 
-    const PointShading& shading_;
-    const RefinementSettings& wanted_;
-    const Progress& progress_;
+    const PointShading shading_;
+    const RefinementSettings wanted_;
     const PlacedSolids solids_;
     std::vector<RefinedInstance> instances_;
     std::size_t vertices_ = 0;
-    float mean_ = 0;  ///< Mean radiance of the start vertices, summed over the channels.
+    bool budget_used_up_ = false;
+    float mean_ = 0;  ///< Radiance of the vertices at the start, added over the channels.
     Refinement result_;
 };
 
-}  // namespace
+MeshRefiner::MeshRefiner(const PointShading& shading, const RefinementSettings& settings,
+                         std::vector<RadiantMesh> start)
+    : state_(std::make_unique<State>(shading, settings, std::move(start))) {}
+MeshRefiner::~MeshRefiner() = default;
+
+Result<bool> MeshRefiner::step(const Progress& progress) {
+    return state_->step(progress);
+}
+std::size_t MeshRefiner::vertices() const {
+    return state_->vertices_;
+}
+bool MeshRefiner::is_budget_used_up() const {
+    return state_->budget_used_up_;
+}
+MeshRefiner::Located MeshRefiner::located(const MeshPoint& at_start) const {
+    return state_->located(at_start);
+}
+std::span<const Outgoing> MeshRefiner::radiance(std::size_t instance) const {
+    return state_->instances_[instance].radiance;
+}
+SceneRadiance MeshRefiner::fitted() const {
+    return state_->fitted();
+}
+Refinement MeshRefiner::finished() && {
+    return state_->finished();
+}
 
 Result<Refinement> refined_radiance(const PointShading& shading, const RefinementSettings& refinement,
                                     std::vector<RadiantMesh> start, const Progress& progress) {
-    return Refiner(shading, refinement, progress)(std::move(start));
+    MeshRefiner refiner(shading, refinement, std::move(start));
+    for (;;) {
+        HF_TRY(const bool is_split, refiner.step(progress));
+        if (!is_split) return std::move(refiner).finished();
+    }
 }
 
 }  // namespace haarfield

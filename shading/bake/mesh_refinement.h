@@ -1,6 +1,9 @@
 #pragma once
 /// Meshes that are refined where their radiance requires it.
 
+#include <memory>
+
+#include "shading/bake/mesh_point.h"
 #include "shading/bake/radiant_mesh.h"
 
 namespace haarfield {
@@ -16,6 +19,8 @@ struct RefinementSettings {
     /// therefore relative in bright and absolute in dark regions, for any exposure.
     float tolerance = 0.01f;
     std::size_t vertex_budget = 60000;  ///< Over all instances.
+    /// True: edges that look large from the eye are split first. False: edges that are long in the world.
+    bool by_view = false;
 };
 
 /// Refined meshes, and statistics of the refinement.
@@ -26,20 +31,67 @@ struct Refinement {
     int rounds = 0;
 };
 
-/// Splits edges with a large interpolation error until the tolerance is met or the budget is used up.
+/// A refinement in steps, which the caller may end at any time.
 ///
-/// Each round shades the middles of all edges that are the longest of a triangle, or whose ends differ by
-/// more than the tolerance. It then splits edges beyond the tolerance in descending order of error times
-/// length, down to half of the largest. A triangle is always divided across its longest edge first, so that
-/// angles stay above half of the smallest angle in `start`. There are no T-junctions. Edges below a
-/// thousandth of the entity's radius are not split.
+/// Each step shades the middles of all edges that are the longest of a triangle, or whose ends differ by more
+/// than the tolerance. It then splits edges beyond the tolerance in descending order of error times length,
+/// down to half of the largest. A triangle is always divided across its longest edge first, so that angles
+/// stay above half of the smallest angle in `start`. There are no T-junctions. Edges below a thousandth of
+/// the entity's radius are not split.
 ///
-/// start     by instance, from mesh_radiance. Unchanged if it has more vertices than the budget.
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.
-/// errors    interrupted.
 /// source    the four-triangle longest-edge partition: Rivara 1984, Algorithms for refining triangular grids
 ///           suitable for adaptive and multigrid techniques.
+class MeshRefiner {
+public:
+    /// shading  must outlive the refiner.
+    /// start    by instance, from mesh_radiance. Unchanged if it has more vertices than the budget.
+    MeshRefiner(const PointShading& shading, const RefinementSettings& settings,
+                std::vector<RadiantMesh> start);
+    ~MeshRefiner();
+
+    /// Returns false if no edge was split: all errors are within the tolerance, the budget is used up, or all
+    /// edges are too short.
+    ///
+    /// errors  interrupted; then the refiner is of no use.
+    Result<bool> step(const Progress& progress = {});
+
+    std::size_t vertices() const;    ///< Of all instances.
+    bool is_budget_used_up() const;  ///< True if the last step split fewer edges because of the budget.
+
+    /// A point of a triangle of the current mesh.
+    struct Located {
+        std::array<std::uint32_t, 3> corners{};  ///< Vertices of the instance's mesh.
+        std::array<float, 3> weights{};
+        /// Largest difference between the middle of one of the triangle's edges and its interpolation, summed
+        /// over the channels; 0 if none was shaded. [W/(m^2 sr)]
+        float difference = 0;
+    };
+    /// Finds a point of an instance's mesh at the start.
+    Located located(const MeshPoint& at_start) const;
+
+    /// Returns the radiance of an instance's vertices, as sampled.
+    std::span<const Outgoing> radiance(std::size_t instance) const;
+
+    /// Returns radiance by instance and vertex, fitted to the vertices and to the shaded middles of edges
+    /// (fitted_radiance).
+    ///
+    /// cost  some 10 us per vertex; no point is shaded.
+    SceneRadiance fitted() const;
+
+    /// Returns the meshes and statistics.
+    Refinement finished() &&;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Refines meshes until the tolerance is met or the budget is used up.
+///
+/// start   as for MeshRefiner.
+/// errors  interrupted.
 Result<Refinement> refined_radiance(const PointShading& shading, const RefinementSettings& refinement,
                                     std::vector<RadiantMesh> start, const Progress& progress = {});
 

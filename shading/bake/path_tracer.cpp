@@ -1,10 +1,10 @@
 #include "shading/bake/path_tracer.h"
 
-#include <random>
-
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
+#include "shading/bake/scrambled_sobol.h"
 #include "shading/bounces/cosine_directions.h"
+#include "shading/bounces/lobe_rays.h"
 
 namespace haarfield {
 namespace {
@@ -64,45 +64,54 @@ Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& re
     return radiance.diffuse;
 }
 
+Rgb PathTracer::radiance_along(const Vec3f& from, const Vec3f& first_direction, Numbers& number) const {
+    Rgb found(0.0f), carried(1.0f);
+    PathVertex at{from, first_direction, Rgb(0.0f)};
+    Vec3f direction = first_direction;
+    for (bool is_first = true;; is_first = false) {
+        const std::optional<SurfaceHit> hit = surface_.first_hit(scene_, at.from, direction);
+        if (!hit) {
+            if (!is_first) found += carried * radiance_from(smooth_, Vec3d(direction));
+            break;
+        }
+        if (hit->is_back) break;
+        at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
+        if (!sources_.empty()) {
+            const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
+            const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
+            if (cosine > 0 && !rays_.is_blocked(at.from, chosen->light.direction))
+                found +=
+                    carried * at.reflectance * chosen->light.irradiance * (cosine / float(chosen->chance));
+        }
+        found += carried * near_light(at.from, at.normal, at.reflectance);
+        carried *= at.reflectance * static_cast<float>(pi);
+        const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}));
+        if (!(number() < chance)) break;
+        carried /= chance;
+        const float x = number();
+        direction = cosine_direction(Vec2f(x, number()), at.normal, axes_across(at.normal));
+    }
+    return found;
+}
+
 PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty,
                                                      std::uint32_t most, std::uint32_t seed) const {
     constexpr std::uint32_t batch = 1024;
-    std::mt19937 random(seed);
-    const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
+    Numbers number(seed);
+    // First directions are stratified, which matters most for the first bounce. The shift makes different
+    // seeds independent.
+    const float shift_x = number(), shift_y = number();
+    const Axes<Vec3f> axes = axes_across(normal);
     Vec3d sum(0.0), squares(0.0);
     Estimate result;
     for (std::uint32_t path = 0; path < most; ++path) {
-        Rgb found(0.0f), carried(static_cast<float>(pi));
-        PathVertex at{from, normal, Rgb(0.0f)};
-        // First directions are stratified, which matters most for the first bounce.
-        Vec2f place = sobol_point(path);
-        const Vec2f shift(number(), number());
-        place = Vec2f(place.x + shift.x / batch, place.y + shift.y / batch);
-        for (bool is_first = true;; is_first = false) {
-            const Vec3f direction = cosine_direction(is_first ? place : Vec2f(number(), number()), at.normal,
-                                                     axes_across(at.normal));
-            const std::optional<SurfaceHit> hit = surface_.first_hit(scene_, at.from, direction);
-            if (!hit) {
-                if (!is_first) found += carried * radiance_from(smooth_, Vec3d(direction));
-                break;
-            }
-            if (hit->is_back) break;
-            at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
-            if (!sources_.empty()) {
-                const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
-                const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
-                if (cosine > 0 && !rays_.is_blocked(at.from, chosen->light.direction))
-                    found += carried * at.reflectance * chosen->light.irradiance *
-                             (cosine / float(chosen->chance));
-            }
-            found += carried * near_light(at.from, at.normal, at.reflectance);
-            carried *= at.reflectance * static_cast<float>(pi);
-            const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}) / float(pi));
-            if (!(number() < chance)) break;
-            carried /= chance;
-        }
-        sum += Vec3d(found);
-        squares += Vec3d(found) * Vec3d(found);
+        const Vec2f stratum = sobol_point(path);
+        const float x = stratum.x + shift_x + number() / batch, y = stratum.y + shift_y + number() / batch;
+        const Vec2f place(std::min(x - std::floor(x), 0.99999994f), std::min(y - std::floor(y), 0.99999994f));
+        const Vec3d found(radiance_along(from, cosine_direction(place, normal, axes), number) *
+                          static_cast<float>(pi));
+        sum += found;
+        squares += found * found;
         const std::uint32_t paths = path + 1;
         if (paths % batch != 0 && paths != most) continue;
         for (int c = 0; c < 3; ++c) {
@@ -113,6 +122,23 @@ PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Ve
         if (double(luminance(result.deviation)) <= certainty * double(luminance(result.irradiance))) break;
     }
     return result;
+}
+
+Outgoing PathTracer::indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, std::uint32_t paths,
+                                       std::uint32_t seed) const {
+    Outgoing radiance;
+    if (brdf.diffuse != Rgb(0.0f))
+        radiance.diffuse =
+            brdf.diffuse * indirect_irradiance(from, brdf.normal, 0, paths, mixed_seed(seed, 0)).irradiance;
+    if (!brdf.has_specular()) return radiance;
+    Numbers number(mixed_seed(seed, 1));
+    Rgb sum(0.0f);
+    visit_lobe_rays(brdf, [&](const LobeRay& ray) {
+        const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
+        sum += radiance_along(from, ray.direction, number) * tint * ray.weight;
+    });
+    radiance.specular = sum * brdf.specular;
+    return radiance;
 }
 
 }  // namespace haarfield

@@ -2,6 +2,7 @@
 /// Indirect light by path tracing: the slow reference for bounces.
 
 #include <cstdint>
+#include <random>
 
 #include "shading/bake/renderer.h"
 #include "shading/bake/source_choice.h"
@@ -37,7 +38,30 @@ public:
     Estimate indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty, std::uint32_t most,
                                  std::uint32_t seed) const;
 
+    /// Estimates the radiance of a point in the world by indirect light. Specular lobes have the rays of
+    /// IndirectLight::outgoing, each with one path.
+    ///
+    /// from      off the surface.
+    /// paths     of the diffuse component.
+    /// seed      different seeds are independent estimates.
+    /// accuracy  unbiased.
+    Outgoing indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, std::uint32_t paths,
+                               std::uint32_t seed) const;
+
 private:
+    /// Random numbers in [0, 1).
+    class Numbers {
+    public:
+        explicit Numbers(std::uint32_t seed) : random_(seed) {}
+        float operator()() { return float(random_() >> 8) / float(1 << 24); }
+
+    private:
+        std::mt19937 random_;
+    };
+
+    /// Estimates the diffuse radiance of the surface that a ray meets, by one path; black if it meets none.
+    Rgb radiance_along(const Vec3f& from, const Vec3f& direction, Numbers& number) const;
+
     /// Returns the diffuse radiance of a point by lamps and emitters.
     Rgb near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const;
 

@@ -147,6 +147,10 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              InstanceGrid({}),
                              {},
                              {}};
+    // An entity without samples must not be looked up.
+    if (std::ranges::any_of(scene.entities,
+                            [](const ShadedEntity& e) { return !e.field->has_surroundings(); }))
+        geometry.most_rasterized = std::numeric_limits<std::size_t>::max();
     geometry.rays.build(scene);
     for (const ShadedEntity& entity : scene.entities) {
         HF_TRY(ShadingGeometry::Entity made, entity_geometry(entity, settings, progress));
@@ -169,6 +173,10 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
     for (std::size_t e = 0; e < scene.entities.size(); ++e) {
         const VisibilityField& field = *scene.entities[e].field;
         ShadingGeometry::Entity& entity = geometry.entities[e];
+        if (!field.has_surroundings()) {
+            entity.exact_on_ground = entity.exact_around = std::numeric_limits<float>::infinity();
+            continue;
+        }
         entity.exact_on_ground =
             exact_distance(field.planar, field.error.planar, settings.occlusion, tolerance);
         entity.exact_around =

@@ -69,7 +69,8 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
 /// Sets the distances within which entities are evaluated exactly. With Occlusion::automatic, the distance is
 /// the outer end of the last band of field samples whose error, times the unevenness of the arriving light,
 /// exceeds the tolerance. Where less than half of the directions is open on average, as in a room, the
-/// arriving light is more uneven than the environment. The geometry is placed as the scene is.
+/// arriving light is more uneven than the environment. The geometry is placed as the scene is. An entity
+/// whose field has no samples around it is always exact.
 ///
 /// uneven  unevenness() of the light without its sources; for Occlusion::automatic.
 /// cost    about 10 ms, the first time after instances were placed; only with Occlusion::automatic.

@@ -23,11 +23,12 @@ void VertexVisibility::clear(const ShadingPoint& point) {
 
 bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const ShadingPoint& point) {
     const ShadedInstance& placed = scene_.instances[instance];
-    if (!is_identity(placed.placement.rotate))
+    const WideVisibility& field = geometry_.entities[placed.entity].visibility;
+    if (!is_identity(placed.placement.rotate) || !field.has_local())
         return look(instance, surface_point(scene_.entities[placed.entity], vertex), point);
     clear(point);
     trees_.emplace_back();
-    add_tree(geometry_.entities[placed.entity].visibility.local(vertex), 1);
+    add_tree(field.local(vertex), 1);
     return add_occlusion_by_others(instance, point);
 }
 

@@ -37,7 +37,7 @@ public:
     bool look(std::size_t instance, const SurfacePoint& surface, const ShadingPoint& point);
 
     /// Evaluates the visibility at a vertex. Faster than for a point, as it uses the tree of the vertex's
-    /// local visibility unless the instance is rotated.
+    /// local visibility unless the instance is rotated or its field has no local samples.
     bool look(std::size_t instance, std::uint32_t vertex, const ShadingPoint& point);
 
     /// Returns the visibility that was evaluated last; valid until the next evaluation.

@@ -22,7 +22,8 @@ std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<
                 faces.push_back(face);
             }
     };
-    for (const std::uint32_t vertex : order) use(field.local_handles[vertex]);
+    if (!field.local_handles.empty())
+        for (const std::uint32_t vertex : order) use(field.local_handles[vertex]);
     for (const std::int32_t handle : field.planar_handles) use(handle);
     for (const std::int32_t handle : field.spherical_handles) use(handle);
     return faces;

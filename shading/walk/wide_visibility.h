@@ -59,7 +59,9 @@ public:
     const WideCubemap<std::uint8_t>& planar(std::uint32_t sample) const { return planar_[sample]; }
     /// Returns the tree of a spherical sample.
     const WideCubemap<std::uint8_t>& spherical(std::uint32_t sample) const { return spherical_[sample]; }
-    /// Returns the tree of a vertex.
+    /// True if vertices have trees.
+    bool has_local() const { return !local_.empty(); }
+    /// Returns the tree of a vertex; only if has_local().
     const WideCubemap<std::uint8_t>& local(std::uint32_t vertex) const { return local_[vertex]; }
     std::size_t memory() const;  ///< [bytes]
 

@@ -103,7 +103,7 @@ const ShippedScene& shipped_scene() {
         auto* made = new ShippedScene;
         made->description = value_or_exit(read_scene(HAARFIELD_SOURCE_DIR "/scenes/table_and_chairs.toml"));
         SceneEntityOptions options;
-        options.fields = false;
+        options.fields = FieldExtent::none;
         made->entities = value_or_exit(prepare_scene_entities(made->description, options));
         made->shaded = shaded_scene(made->description, made->entities,
                                     sky_image(*made->description.environment.sky, 1024));

@@ -46,7 +46,7 @@ def attribute_of(object):
 def small(context, folder):
     settings = context.scene.haarfield
     settings.folder, settings.samples, settings.cycles_samples = str(folder), 600, 16
-    settings.vertices, settings.refine = 0, 0
+    settings.vertices, settings.error = 0, 0
     return settings
 
 
@@ -175,7 +175,7 @@ def test_cancelled_work_changes_nothing(folder):
     settings = small(context, folder)
     from haarfield_addon.gather import gather
 
-    work = operators.Work(gather(context), settings.refine, folder / "fields", None)
+    work = operators.Work(gather(context), settings.error, folder / "fields", None)
     work.is_cancelled = True
     work.run()
     assert isinstance(work.error, operators.Cancelled)

@@ -128,7 +128,7 @@ def test_constants_of_light_nodes_scale_the_light(folder):
 def test_a_changed_light_is_shaded_without_new_fields(folder):
     context = floor_and_box(folder)
     lamp = add_light("POINT", energy=20)
-    context.scene.haarfield.refine = 0
+    context.scene.haarfield.error = 0
     bpy.ops.haarfield.bake()
     before = attribute_of(results.copies(context.scene)["Floor"])
     fields = {file: file.stat().st_mtime_ns for file in (folder / "fields").iterdir()}

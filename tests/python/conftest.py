@@ -80,7 +80,7 @@ def scene():
 
 @pytest.fixture(scope="session")
 def bake(scene):
-    return scene.bake()
+    return scene.bake(error="off")
 
 
 SMALL_CHAIR = {

@@ -26,12 +26,11 @@ def read_ply(path):
     return numpy.frombuffer(body, numpy.dtype(fields), count)
 
 
-def test_bakes_are_bit_identical_to_those_of_the_command_line(chair_file, tmp_path):
-    subprocess.run(
-        [PROGRAM, "bake", chair_file, "-o", tmp_path / "command", "--no-render", "--quiet", "--pass", "occlusion"],
-        check=True,
-    )
-    bake = haarfield.open(chair_file).bake(passes=["occlusion"])
+@pytest.mark.parametrize("error", ["off", "5%"])
+def test_bakes_are_bit_identical_to_those_of_the_command_line(chair_file, tmp_path, error):
+    options = ["--no-render", "--quiet", "--pass", "occlusion", "--error", error]
+    subprocess.run([PROGRAM, "bake", chair_file, "-o", tmp_path / "command", *options], check=True)
+    bake = haarfield.open(chair_file).bake(error=error, passes=["occlusion"])
     written = read_ply(tmp_path / "command/small_chair.ply")
     for number in range(len(bake)):
         mesh, of_file = bake[number], written[written["instance"] == number]
@@ -66,7 +65,7 @@ def test_original_vertices_equal_those_of_the_command_line(chair_file, tmp_path)
     # The number of vertices is that of the chair's file, regardless of the scene's fine_vertices.
     with open(haarfield.open(chair_file).description["entities"]["chair"]["mesh"]) as file:
         assert len(bake["chair"]) == sum(line.startswith("v ") for line in file)
-    again = scene.bake()
+    again = scene.bake(error="off")
     assert len(again["chair"]) >= 1500
 
 
@@ -101,7 +100,7 @@ def test_fields_in_a_folder_are_shared_with_the_command_line(chair_file, tmp_pat
 def test_radiance_does_not_depend_on_threads(scene, bake):
     haarfield.use_threads(1)
     try:
-        alone = scene.bake()
+        alone = scene.bake(error="off")
     finally:
         haarfield.use_threads(0)
     for name in scene.instances:
@@ -109,7 +108,7 @@ def test_radiance_does_not_depend_on_threads(scene, bake):
 
 
 def test_arrays_are_views_that_outlive_the_bake(scene):
-    bake = scene.bake()
+    bake = scene.bake(error="off")
     mesh = bake["left"]
     radiance, again = mesh.radiance, mesh.radiance
     assert radiance.dtype == numpy.float32 and radiance.shape == (len(mesh), 3)
@@ -172,6 +171,19 @@ def test_options_out_of_range_are_value_errors(scene, options):
 def test_options_that_exclude_each_other_are_errors(scene, options, said):
     with pytest.raises(haarfield.Error, match=said):
         scene.bake(**options)
+
+
+def test_a_bake_reaches_its_target_and_says_so(scene, bake):
+    assert bake.error is None
+    found = scene.bake(error=0.05)
+    assert found.error["target"] == 0.05
+    assert found.error["is_met"] and found.error["reason"] == ""
+    assert found.error["low"] <= found.error["reached"] <= min(found.error["high"], 0.05)
+    assert scene.bake(error="5%", everywhere=True).error["is_met"]
+    with pytest.raises(ValueError, match="expected 'off' with original_vertices"):
+        scene.bake(error=0.05, original_vertices=True)
+    with pytest.raises(ValueError, match="error is 0; expected off or a number"):
+        scene.bake(error=0)
 
 
 def test_refinement_adds_vertices(scene, bake):
@@ -243,12 +255,12 @@ def test_the_budget_lists_the_approximations(scene):
 
 def test_bakes_leave_no_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    haarfield.scene(description()).bake()
+    haarfield.scene(description()).bake(error="off")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_bake_is_a_mapping_by_instance_names(scene):
-    bake = scene.bake(bounces=0)
+    bake = scene.bake(error="off", bounces=0)
     assert bake.keys() == scene.instances
     assert "left" in bake and "nobody" not in bake and 0 not in bake
     assert dict(bake).keys() == set(scene.instances)

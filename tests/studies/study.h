@@ -63,6 +63,19 @@ void study_frame(std::size_t vertices);
 /// scene.
 void study_crowd(std::size_t vertices);
 
+struct ErrorStudyOptions {
+    /// Bakes to be measured: errors in per cent, `off` (the scene's vertices), `refine` (--refine 0.01).
+    std::vector<std::string> targets{"off", "refine", "2", "1", "0.5"};
+    std::string environment;    ///< A lat-long image; empty: the scene's environment.
+    int width = 0;              ///< Of the picture; 0: the scene's. [pixels]
+    std::size_t pixels = 1500;  ///< At which the truth is computed.
+};
+
+/// Measures the true error of bakes by two independent estimates of the radiance at pixels, with rays and
+/// paths. Prints it next to the error that the bake reports, with vertices and processor time, cold and with
+/// stored fields.
+void study_error(const std::string& file, const ErrorStudyOptions& options);
+
 /// Returns the folder in which studies cache visibility fields.
 inline std::filesystem::path study_fields_folder() {
     return std::filesystem::temp_directory_path() / "haarfield_study_fields";

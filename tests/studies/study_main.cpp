@@ -74,6 +74,19 @@ int main(int argc, char** argv) {
     CLI::App* const session = app.add_subcommand(
         "session", "Least times of a session's frames, a gesture for each word of the input");
     session->add_option("SCENE", scene, "A scene file")->required()->type_name("");
+    CLI::App* const error =
+        app.add_subcommand("error", "The true error of bakes, next to the one they report");
+    ErrorStudyOptions error_options;
+    error->add_option("SCENE", scene, "A scene file")->required()->type_name("");
+    error->add_option("--environment", error_options.environment,
+                      "A lat-long image; default: the scene's light");
+    error
+        ->add_option("--targets", error_options.targets,
+                     "In per cent, `off` or `refine`; default: off,refine,2,1,0.5")
+        ->delimiter(',');
+    error->add_option("--width", error_options.width, "Of the picture; default: the scene's");
+    error->add_option("--pixels", error_options.pixels, "At which the truth is computed")
+        ->capture_default_str();
     std::size_t frames = 10;
     session->add_option("--frames", frames, "Of a gesture")
         ->check(CLI::Range(1, 1000))
@@ -101,6 +114,8 @@ int main(int argc, char** argv) {
         study_relight(scene, vertices_or(180000), mesh_options.environment);
     else if (session->parsed())
         study_session(scene, frames);
+    else if (error->parsed())
+        study_error(scene, error_options);
     else if (frame->parsed())
         study_frame(vertices_or(180000));
     else if (crowd->parsed())

@@ -199,8 +199,8 @@ class Page:
 def baked_colours(scene, folder, fields):
     """Returns, by instance, the radiance at the vertices from a new `haarfield bake`."""
     report = os.path.join(folder, "report.json")
-    subprocess.run([PROGRAM, "bake", scene, "-o", folder, "--fields", fields, "--no-render", "--format", "ply",
-                    "--quiet", "--report", report], check=True)
+    subprocess.run([PROGRAM, "bake", scene, "-o", folder, "--fields", fields, "--error", "off", "--no-render",
+                    "--format", "ply", "--quiet", "--report", report], check=True)
     with open(report) as file:
         mesh = json.load(file)["meshes"][0]
     with open(mesh, "rb") as file:

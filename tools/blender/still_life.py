@@ -181,7 +181,7 @@ def main():
     settings.folder = str(folder)
     settings.samples = 600 if is_small else 6000
     settings.vertices = 0
-    settings.refine = 0 if is_small else 0.01
+    settings.error = 0 if is_small else 1
 
     traced_seconds = rendered(folder / "traced.exr", 16 if is_small else 256)
     start = time.perf_counter()

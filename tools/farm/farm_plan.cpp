@@ -140,11 +140,18 @@ PlanTask FarmPlan::task(std::size_t number) const {
     return {};
 }
 
+bool searches(const std::vector<std::string>& arguments) {
+    return !arguments.empty() && arguments.front() == "bake" && !has_value(arguments, "--error", "off") &&
+           !has_option(arguments, "--refine") && !has_option(arguments, "--original-vertices") &&
+           !has_value(arguments, "--colours", "fitted") && !has_value(arguments, "--evaluator", "dense") &&
+           !has_value(arguments, "--evaluator", "rays");
+}
+
 std::optional<Division> possible_division(const std::vector<std::string>& arguments) {
     const std::string command = arguments.empty() ? "" : arguments.front();
     if (command == "precompute") return Division::samples;
     if (command == "bake") {
-        if (has_option(arguments, "--refine")) return Division::undivided;
+        if (has_option(arguments, "--refine") || searches(arguments)) return Division::undivided;
         if (option_number(arguments, "--bounces", 1) == 0) return Division::shading;
         // Fitting colours uses the indirect light, which needs the direct light of the whole scene first.
         return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense") ||

@@ -40,6 +40,9 @@ enum class Division {
     undivided  ///< One task.
 };
 
+/// True if a command line is a bake that searches for an error (target_error).
+bool searches(const std::vector<std::string>& arguments);
+
 /// Returns the division of a command line, or none if plans do not support its command. `direct` stands for
 /// two jobs, one of direct light and one of bounces; such a command line may also be undivided.
 std::optional<Division> possible_division(const std::vector<std::string>& arguments);

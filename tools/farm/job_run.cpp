@@ -105,7 +105,7 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
     FieldJob field;
     field.library = wanted.fields_folder;
     field.unsealed = wanted.unsealed;
-    wanted.fields = false;
+    wanted.fields = FieldExtent::none;
     HF_TRY(field.entities, prepare_scene_entities(scene, wanted, progress));
     field.settings =
         entity_field_settings(scene.entities[instance.entity], *field.entity().occlusion, wanted);

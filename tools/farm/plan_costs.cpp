@@ -140,7 +140,7 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
                             : has_value(arguments, "--occlusion", "fields") ? a_vertex_by_fields
                                                                             : a_vertex;
         const double refined = option_number(arguments, "--vertex-budget", 60000);
-        if (has_option(arguments, "--refine"))
+        if (has_option(arguments, "--refine") || searches(arguments))
             return {setup_of(scene), 3 * a_vertex * refined, scene_bytes(scene, bounced_vertex_bytes)};
         const bool is_whole = possible_division(arguments) == Division::undivided;
         return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1),

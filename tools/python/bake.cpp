@@ -4,6 +4,7 @@
 #include "bridge/pictures/preview.h"
 #include "bridge/povray/povray_process.h"
 #include "fields/base/names.h"
+#include "scenes/bake_search.h"
 #include "scenes/original_vertices.h"
 #include "scenes/scene_bake.h"
 #include "scenes/scene_budget.h"
@@ -58,21 +59,32 @@ struct BakedMesh {
 std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const py::kwargs& options) {
     RenderChoices choices = render_choices(options, baking, "Scene.bake");
     const bool original_vertices = choices.entities.original_vertices;
+    choices.bake.error = target_error(choices);
+    if (choices.bake.error && original_vertices)
+        throw py::value_error(
+            fmt::format("error is {}; expected 'off' with original_vertices", choices.error));
+    if (choices.bake.error && choices.shading.occlusion == Occlusion::fields)
+        throw py::value_error("occlusion is 'fields'; expected error='off' or another occlusion");
     if (choices.bake.refine && original_vertices)
         throw py::value_error(
             fmt::format("refine is {}; expected None with original_vertices", *choices.bake.refine));
     value_of(check_bake(choices.bake));
     const auto made = std::make_shared<Bake>();
-    made->prepared =
-        prepare(scene, progress, original_vertices ? BakedVertices::original : BakedVertices::fine);
+    made->prepared = prepare(scene, progress,
+                             original_vertices    ? BakedVertices::original
+                             : choices.bake.error ? BakedVertices::search_start
+                                                  : BakedVertices::fine);
     const PreparedScene& prepared = *made->prepared;
     choices.shading.face_size = prepared.face_size;
     made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
             shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
-        Result<BakedScene> baked =
-            baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading, choices.bake, watched);
+        std::vector<std::optional<MeshPoint>> pixels;
+        if (choices.bake.error && !choices.bake.everywhere)
+            pixels = Preview().points(prepared.scene.camera, preview_instances(shaded));
+        Result<BakedScene> baked = baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading,
+                                               choices.bake, watched, nullptr, pixels);
         made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         return baked;
     });
@@ -91,6 +103,22 @@ std::size_t vertices_of(const Bake& bake) {
     std::size_t vertices = 0;
     for (const BakedInstance& instance : bake.instances()) vertices += instance.radiance.size();
     return vertices;
+}
+
+py::object error_of(const Bake& bake) {
+    if (!bake.baked.search) return py::none();
+    const SearchOutcome& search = *bake.baked.search;
+    py::dict error;
+    error["target"] = search.target;
+    error["reached"] = search.error.total;
+    error["low"] = search.error.low;
+    error["high"] = search.error.high;
+    error["between_vertices"] = search.error.between;
+    error["at_vertices"] = search.error.at_vertices;
+    error["indirect_light"] = search.error.indirect;
+    error["is_met"] = search.end == SearchEnd::reached;
+    error["reason"] = reason_of(search.end, search.vertex_budget);
+    return error;
 }
 
 BakedMesh mesh_named(const std::shared_ptr<Bake>& bake, const std::string& name) {
@@ -294,6 +322,11 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
                            self.baked.instances.size());
     });
     made.def_property_readonly("vertices", &vertices_of, "The number of vertices of all instances.");
+    made.def_property_readonly(
+        "error", &error_of,
+        "The error that the bake reached, as a dict: target, reached, low and high (the "
+        "90 % interval), between_vertices, at_vertices, indirect_light, is_met, reason. "
+        "None with error='off'.");
     made.def_property_readonly(
         "seconds", [](const Bake& self) { return self.seconds; }, "The shading time.");
     made.def("write_povray", &write_povray, py::arg("folder"), py::arg("name") = "",

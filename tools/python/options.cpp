@@ -16,7 +16,8 @@ std::string keyword_of(const RenderOption& row) {
 
 /// True if None is valid and represents no value, or `auto`.
 bool accepts_none(const RenderOption& row) {
-    return row.is_optional || (row.range && !row.words.empty());
+    return row.is_optional ||
+           (row.range && std::ranges::find(row.words, row.text(RenderChoices())) != row.words.end());
 }
 
 std::string text_of(const py::handle& value) {
@@ -35,6 +36,7 @@ std::string argument_text(const RenderOption& row) {
                              : row.is_list  ? "Sequence[str]"
                              : !is_number   ? "str"
                              : row.is_whole ? "int"
+                             : row.is_share ? "float | str"
                                             : "float";
     const std::string value = row.is_flag         ? (text == "true" ? "True" : "False")
                               : row.is_list       ? "[]"

@@ -1,5 +1,6 @@
 #include "tools/python/scene.h"
 
+#include "scenes/bake_search.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_tables.h"
 #include "tools/python/arrays.h"
@@ -74,7 +75,10 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     if (!shared_entities) {
         SceneEntityOptions options = options_;
         options.original_vertices = vertices == BakedVertices::original;
-        HF_TRY(SceneEntities entities, prepare_scene_entities(scene_, options, progress));
+        const bool is_searched = vertices == BakedVertices::search_start;
+        if (is_searched) options.fields = search_fields(scene_, Occlusion::automatic);
+        HF_TRY(SceneEntities entities,
+               prepare_scene_entities(is_searched ? search_start(scene_) : scene_, options, progress));
         made->warnings.insert(made->warnings.end(), entities.warnings.begin(), entities.warnings.end());
         shared_entities = std::make_shared<const SceneEntities>(std::move(entities));
     }

@@ -25,8 +25,9 @@ struct PreparedScene {
     mutable std::atomic<bool> is_told = false;  ///< True if the warnings have been issued.
 };
 
-/// The vertices of a prepared scene: those of the fine meshes, or SceneEntityOptions::original_vertices.
-enum class BakedVertices { fine, original };
+/// The vertices of a prepared scene: those of the fine meshes, those of
+/// SceneEntityOptions::original_vertices, or those from which a search starts (search_start).
+enum class BakedVertices { fine, original, search_start };
 
 /// A scene with cached results of its preparation. Thread-safe.
 class PythonScene {
@@ -59,7 +60,7 @@ private:
     Scene scene_;
     SceneEntityOptions options_;
     mutable std::timed_mutex mutex_;  ///< Guards the members below, and options_.
-    std::array<Made, 2> made_;        ///< By BakedVertices.
+    std::array<Made, 3> made_;        ///< By BakedVertices.
 };
 
 /// Returns the prepared scene. Issues its warnings; can be interrupted by Ctrl-C.

@@ -208,10 +208,10 @@ def faces_of(positions, triangles):
 
 
 class Gatherer:
-    def __init__(self, context, refine):
+    def __init__(self, context, error):
         self.context = context
         self.settings = context.scene.haarfield
-        self.refine = refine
+        self.error = error
         self.result = Gathered()
         self.entities = {}  # by digest: names
         self.known = {}  # by original mesh, if not modified: digests
@@ -259,7 +259,7 @@ class Gatherer:
         result.digests["light"] = digest_of(table_digest(light), *(table_digest(lamp) for lamp in lamps))
         result.digests["camera"] = table_digest(camera)
         settings = self.settings
-        result.digests["settings"] = digest_of(settings.vertices, self.refine, settings.samples)
+        result.digests["settings"] = digest_of(settings.vertices, self.error, settings.samples)
         result.warnings = list(dict.fromkeys(result.warnings))
         return result
 
@@ -340,9 +340,9 @@ class Gatherer:
         return self.entities[digest]
 
 
-def gather(context, refine=None):
+def gather(context, error=None):
     """Returns all data that a bake needs from Blender, with warnings. Raises Refusal if the scene cannot be baked.
 
-    refine  overrides the settings.
+    error  overrides the settings.
     """
-    return Gatherer(context, context.scene.haarfield.refine if refine is None else refine).gathered()
+    return Gatherer(context, context.scene.haarfield.error if error is None else error).gathered()

@@ -30,10 +30,10 @@ class Cancelled(Exception):
 class Work(threading.Thread):
     """A bake in a separate thread, while Blender continues."""
 
-    def __init__(self, gathered, refine, fields, memory, passes=()):
+    def __init__(self, gathered, target, fields, memory, passes=()):
         super().__init__(daemon=True)
         self.gathered, self.fields, self.memory, self.passes = gathered, fields, memory, list(passes)
-        self.refine = refine or None
+        self.target = max(target, 0.01) / 100 if target > 0 else "off"
         self.stage, self.share = "", 0.0
         self.is_cancelled = False
         self.made, self.error, self.told = None, None, []
@@ -65,12 +65,15 @@ class Work(threading.Thread):
             changes = {"camera": description["camera"], "environment": light, "lights": description["lights"]}
             return self.memory.scene.changed(changes)
         scene = haarfield.scene(description, name="blender")
-        scene.prepare(fields=self.fields, progress=self.progress)
+        if self.target == "off":
+            scene.prepare(fields=self.fields, progress=self.progress)
         return scene
 
     def baked(self):
         scene = self.scene()
-        return scene, scene.bake(refine=self.refine, passes=self.passes, progress=self.progress)
+        return scene, scene.bake(
+            error=self.target, everywhere=self.target != "off", passes=self.passes, progress=self.progress
+        )
 
 
 def folder_of(scene):
@@ -92,24 +95,24 @@ def changes_of(gathered, memory):
 class Baking:
     """Shared parts of the operators."""
 
-    def start(self, context, refine=None):
+    def start(self, context, error=None):
         """Gathers the scene. Returns the bake to run, or None if nothing has changed since the last bake.
 
-        refine  overrides the settings.
+        error  overrides the settings.
         """
-        refine = context.scene.haarfield.refine if refine is None else refine
+        error = context.scene.haarfield.error if error is None else error
         scene = context.scene
         self.was_shown = results.is_shown(scene)
         results.show(scene, context.view_layer, False)
         context.view_layer.update()
-        self.gathered = gather(context, refine)
+        self.gathered = gather(context, error)
         for warning in self.gathered.warnings:
             self.report({"WARNING"}, warning)
         self.memory = remembered.get(scene.name)
         self.changes = changes_of(self.gathered, self.memory)
         if not self.changes and set(results.copies(scene)) == set(self.gathered.names):
             return None
-        return Work(self.gathered, refine, folder_of(scene) / "fields", self.memory)
+        return Work(self.gathered, error, folder_of(scene) / "fields", self.memory)
 
     def take(self, context, work):
         """Stores and displays the results of a bake."""
@@ -127,7 +130,10 @@ class Baking:
         anew = set(self.gathered.names) if everything else self.changes & set(self.gathered.names)
         results.write(context.scene, context.view_layer, bake, self.gathered, anew)
         what = "everything" if self.memory is None else ", ".join(sorted(self.changes))
-        self.report({"INFO"}, f"Baked {bake.vertices} vertices in {bake.seconds:.2f} s; changed: {what}")
+        error = f", error {100 * bake.error['reached']:.1f} %" if bake.error else ""
+        self.report({"INFO"}, f"Baked {bake.vertices} vertices in {bake.seconds:.2f} s{error}; changed: {what}")
+        if bake.error and not bake.error["is_met"]:
+            self.report({"WARNING"}, f"The error is above {100 * bake.error['target']:.2g} %: {bake.error['reason']}")
         return True
 
     def guarded(self, context, act):
@@ -238,15 +244,16 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
         return self.guarded(context, lambda: self.compared(context))
 
     def compared(self, context):
-        # Both programs bake the vertices of the meshes before refinement.
-        work = self.start(context, refine=0.0)
+        # Both programs bake the vertices of the meshes as they are.
+        work = self.start(context, error=0.0)
         if work is not None:
             work.run()
             self.take(context, work)
         results.show(context.scene, context.view_layer, True)
         memory = remembered[context.scene.name]
         diffuse, sums = (
-            memory.scene.bake(passes=["diffuse"], bounces=0, evaluator=evaluator) for evaluator in ("tree", "dense")
+            memory.scene.bake(error="off", passes=["diffuse"], bounces=0, evaluator=evaluator)
+            for evaluator in ("tree", "dense")
         )
         rows = cycles_check.compared(context, diffuse, sums, self.gathered)
         name = cycles_check.write_table(context.scene, rows, memory.bake.seconds)

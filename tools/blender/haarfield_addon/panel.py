@@ -19,7 +19,7 @@ class HAARFIELD_PT_bake(bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "objects")
         column.prop(settings, "vertices")
-        column.prop(settings, "refine")
+        column.prop(settings, "error")
         column.prop(settings, "samples")
         column.prop(settings, "folder")
         layout.operator("haarfield.bake", icon="LIGHT_SUN").export = False

@@ -20,13 +20,14 @@ class HaarfieldSettings(bpy.types.PropertyGroup):
         min=0,
         max=2_000_000,
     )
-    refine: bpy.props.FloatProperty(
-        name="Refine",
-        description="Split triangles where interpolated light is off by more than this; 0: no refinement",
-        default=0.02,
+    error: bpy.props.FloatProperty(
+        name="Error",
+        description="Error of the light over all surfaces, which chooses the vertices; 0: bake the vertices as they are",
+        default=1.0,
         min=0.0,
-        max=1.0,
-        precision=3,
+        max=100.0,
+        precision=2,
+        subtype="PERCENTAGE",
     )
     samples: bpy.props.IntProperty(
         name="Samples",

@@ -81,7 +81,7 @@ scene = haarfield.scene(
     name="stair",
 )
 bake = scene.bake(progress=lambda stage, done, total: print(f"\r{stage} {done} of {total}   ", end="", file=sys.stderr))
-print(f"\n{bake.vertices} vertices in {bake.seconds:.2f} s")
+print(f"\n{bake.vertices} vertices in {bake.seconds:.2f} s, error {100 * bake.error['reached']:.1f} %")
 print("POV-Ray:", bake.write_povray(folder)["scene"])
 bake.write_glb(folder / "stair.glb")
 haarfield.write_image(bake.picture(), folder / "stair.png")

@@ -54,6 +54,8 @@ class Scene:
     def bake(
         self,
         *,
+        error: float | str = 0.01,
+        everywhere: bool = False,
         bounces: int | None = None,
         passes: Sequence[str] = [],
         original_vertices: bool = False,
@@ -106,6 +108,8 @@ class Scene:
 class Bake:
     @property
     def vertices(self) -> int: ...
+    @property
+    def error(self) -> dict[str, Any] | None: ...
     @property
     def seconds(self) -> float: ...
     def __len__(self) -> int: ...

@@ -1,0 +1,99 @@
+#include "scenes/bake_search.h"
+
+#include "scenes/scene_bake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace haarfield {
+namespace {
+
+/// Objects per scene up to which all are rasterized at each point.
+constexpr std::size_t most_rasterized = 8;
+
+constexpr std::size_t area_point_count = 65536;
+
+void add_colours(const SceneEntities& entities, std::vector<DisplayedPoint>& points) {
+    for (DisplayedPoint& point : points) {
+        const SceneEntity& entity = entities.of_instance(point.at.instance);
+        const Mesh& mesh = entity.mesh.fine;
+        const auto& corners = mesh.triangles[point.at.triangle];
+        const Surface& surface = entity.surfaces[mesh.vertex_materials[corners[0]]];
+        if (!surface.texture && !surface.coloured) continue;
+        const std::array<float, 3> weights = point.at.weights();
+        const auto mean = [&](const auto& values) {
+            return values[corners[0]] * weights[0] + values[corners[1]] * weights[1] +
+                   values[corners[2]] * weights[2];
+        };
+        Rgb colour(1.0f);
+        if (surface.texture) colour *= surface.texture->colour_at(mean(mesh.uvs));
+        if (surface.coloured) colour *= mean(mesh.colours);
+        const float tinted = surface.has_separate_specular() ? surface.tinted_specular : 1;
+        point.diffuse = colour;
+        point.specular = colour * tinted + Rgb(1 - tinted);
+    }
+}
+
+std::size_t wanted_vertices(const Scene& scene) {
+    std::size_t vertices = 0;
+    for (const Instance& instance : scene.instances)
+        vertices += scene.entities[instance.entity].fine_vertices;
+    return vertices;
+}
+
+}  // namespace
+
+Scene search_start(const Scene& scene) {
+    Scene start = scene;
+    const double share =
+        double(search_start_vertices) / double(std::max<std::size_t>(1, wanted_vertices(scene)));
+    if (share < 1)
+        for (Entity& entity : start.entities)
+            entity.fine_vertices = std::uint32_t(double(entity.fine_vertices) * share);
+    return start;
+}
+
+FieldExtent search_fields(const Scene& scene, Occlusion occlusion) {
+    return occlusion == Occlusion::fields || scene.instances.size() > most_rasterized
+               ? FieldExtent::surroundings
+               : FieldExtent::none;
+}
+
+std::size_t search_budget(const Scene& scene, const SceneEntities& entities) {
+    return std::max(usual_vertex_budget(entities), wanted_vertices(scene));
+}
+
+std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities,
+                                             std::span<const std::optional<MeshPoint>> pixels) {
+    std::vector<DisplayedPoint> points;
+    for (std::size_t k = 0; k < pixels.size(); ++k)
+        if (pixels[k]) points.push_back({*pixels[k], Rgb(1.0f), Rgb(1.0f), static_cast<std::uint32_t>(k)});
+    add_colours(entities, points);
+    return points;
+}
+
+std::vector<DisplayedPoint> displayed_area(const SceneEntities& entities, const ShadedScene& shaded) {
+    std::vector<DisplayedPoint> points = area_points(shaded, area_point_count);
+    add_colours(entities, points);
+    return points;
+}
+
+std::string reason_of(SearchEnd end, std::size_t vertex_budget) {
+    switch (end) {
+        case SearchEnd::reached: break;
+        case SearchEnd::vertex_budget:
+            return fmt::format("the budget of {} vertices is used up; a larger --vertex-budget helps",
+                               vertex_budget);
+        case SearchEnd::short_edges: return "the largest errors are at edges that are too short to be split";
+        case SearchEnd::direct_light:
+            return "the error is in the direct light at the vertices; a larger --face-size or more "
+                   "coarse_triangles in the scene file may help, and `budget` names the cause";
+        case SearchEnd::indirect_light:
+            return "the error is in the indirect light, which more vertices do not reduce; --bounces 0 "
+                   "leaves indirect light out";
+    }
+    return {};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,37 @@
+#pragma once
+/// Prepares the search for a bake with a wanted error: its start, its limits and the points that it measures.
+
+#include "scenes/scene_entities.h"
+#include "shading/bake/error_target.h"
+
+namespace haarfield {
+
+/// Vertices of all instances at the start of a search. Small objects have more if their files have more.
+inline constexpr std::uint32_t search_start_vertices = 10000;
+
+/// Returns the scene with as few fine vertices as a search starts from. Entity::fine_vertices become smaller
+/// in proportion.
+Scene search_start(const Scene& scene);
+
+/// Returns the samples of fields that a search uses: none if every object can be rasterized at each point,
+/// the surroundings in scenes of many objects or with Occlusion::fields. The result does not depend on the
+/// fields that are stored.
+FieldExtent search_fields(const Scene& scene, Occlusion occlusion);
+
+/// Returns the default vertex budget of a search: the number of vertices that the scene asks for with
+/// Entity::fine_vertices over all instances, or usual_vertex_budget if it is larger.
+std::size_t search_budget(const Scene& scene, const SceneEntities& entities);
+
+/// Returns the displayed points of a picture, with the colours of images.
+///
+/// pixels  of the fine meshes, row by row from the top; none where no object is visible.
+std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities,
+                                             std::span<const std::optional<MeshPoint>> pixels);
+
+/// Returns points over the area of all surfaces, with the colours of images.
+std::vector<DisplayedPoint> displayed_area(const SceneEntities& entities, const ShadedScene& shaded);
+
+/// Returns the reason for which a search ended before its target, and a remedy.
+std::string reason_of(SearchEnd end, std::size_t vertex_budget);
+
+}  // namespace haarfield

@@ -1,0 +1,125 @@
+#pragma once
+/// The error of a bake over the pixels of a picture, or over its surfaces, with its causes.
+
+#include "shading/bake/mesh_refinement.h"
+#include "shading/bake/path_tracer.h"
+#include "shading/bake/ray_renderer.h"
+
+namespace haarfield {
+
+/// A point at which a bake is displayed.
+struct DisplayedPoint {
+    MeshPoint at;  ///< Of the fine mesh of its instance's entity.
+    /// Factors on both components, such as the colour of an image.
+    Rgb diffuse{1.0f}, specular{1.0f};
+    std::uint32_t pixel = 0;  ///< Its number in the picture, row by row from the top.
+};
+
+/// Returns points that are uniformly distributed over the area of all fine meshes, without buried triangles.
+///
+/// source  systematic sampling: the k-th point has the area (k + 1/2) / count below it.
+std::vector<DisplayedPoint> area_points(const ShadedScene& scene, std::size_t count);
+
+/// An estimate of a mean square, and independent estimates by resampling.
+struct SquareEstimate {
+    double square = 0;  ///< May be negative by chance.
+    std::vector<double> resampled;
+};
+
+/// The point with the largest known error.
+struct WorstPoint {
+    DisplayedPoint point;
+    double error = 0;         ///< Relative to the RMS radiance over all points.
+    bool is_between = false;  ///< True: between the vertices. False: of the shading itself.
+};
+
+/// The error of a bake: RMS over points, relative to the RMS of their radiance. Radiance is linear and
+/// displayed: it includes images, but no emission and no background.
+struct BakeError {
+    double total = 0;
+    double low = 0, high = 0;    ///< The 90 % interval of `total`.
+    double between = 0;          ///< By interpolation between the vertices.
+    double at_vertices = 0;      ///< Of the direct light where it is computed.
+    double indirect = 0;         ///< Of the indirect light where it is computed.
+    std::size_t points = 0;      ///< At which interpolation was measured.
+    std::size_t references = 0;  ///< At which the shading was compared with rays and paths.
+    WorstPoint worst;
+};
+
+/// Measures the error of bakes of one scene in one light.
+///
+/// The difference between a bake b and the truth has two summands: the interpolated value less the bake's own
+/// shading s of the point, and the error of that shading. The latter is measured against rays
+/// (ray_renderer.h) and paths (path_tracer.h), which use no fields, no wavelets and no transport matrix. Two
+/// independent estimates r1, r2 at each point give its mean square as the mean of (s - r1) (s - r2), to which
+/// the noise of neither contributes. Twice the mean of (b - s) (s - r) completes the square of the sum.
+///
+/// accuracy  bit-identical for any number of threads.
+class BakeErrorMeter {
+public:
+    /// shading     with its indirect light, if there is any. It must outlive the meter.
+    /// population  all displayed points. Buried points are left out when they are chosen.
+    BakeErrorMeter(const PointShading& shading, std::vector<DisplayedPoint> population);
+    ~BakeErrorMeter();
+
+    /// The radiance that a bake displays, per point.
+    struct Displayed {
+        Outgoing radiance;
+        float difference = 0;  ///< MeshRefiner::Located::difference.
+    };
+    using DisplayedRadiance = std::function<Displayed(const MeshPoint&)>;
+
+    /// A point at which the shading was compared with references.
+    struct Reference {
+        DisplayedPoint point;
+        Vec3d shaded{0.0};  ///< What the bake's shading displays. [W/(m^2 sr)]
+        /// Shading less the mean of both references, for either kind of light; indirect light was compared at
+        /// some points only.
+        Vec3d direct{0.0}, indirect{0.0};
+        double direct_product = 0, indirect_product = 0;  ///< (s - r1) (s - r2).
+        double mixed_product = 0;  ///< Of the direct difference and the indirect one, in both orders.
+        bool has_indirect = false;
+    };
+    /// The error of the shading itself.
+    struct Shading {
+        SquareEstimate all, direct, indirect;  ///< Relative to the mean square of the radiance.
+        std::vector<Reference> references;
+    };
+    /// Measures the error of the shading at points that are the same each time.
+    ///
+    /// accuracy  to be reached: noise of the references is small compared with an error of this size.
+    /// cost      about 1 s of processor time for an accuracy of 0.01.
+    /// errors    interrupted.
+    Result<Shading> shading_error(double accuracy, const Progress& progress = {});
+
+    /// Measures interpolation at uniformly distributed points that are the same each time, so that only the
+    /// first measurement shades points.
+    ///
+    /// errors  interrupted.
+    Result<SquareEstimate> steering_error(const DisplayedRadiance& bake, const Progress& progress = {});
+
+    /// The error of interpolation.
+    struct Interpolation {
+        SquareEstimate square;
+        WorstPoint worst;
+        std::size_t points = 0;
+    };
+    /// Measures interpolation at other points for each seed: strata by octaves of Displayed::difference, with
+    /// Neyman's allocation.
+    ///
+    /// cost    50 us for each of `count` points.
+    /// errors  interrupted.
+    Result<Interpolation> interpolation_error(const DisplayedRadiance& bake, std::uint32_t seed,
+                                              std::size_t count = 2048, const Progress& progress = {});
+
+    /// Returns the error of a bake by both summands: the mean square of their sum. `shading` may be empty. If
+    /// interpolation and shading err in opposite directions, the total is less than either.
+    BakeError error(const DisplayedRadiance& bake, const Interpolation& between,
+                    const Shading& shading) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,226 @@
+#include "shading/bake/error_target.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shading/bake/bounced_radiance.h"
+#include "shading/visibility/placed_solids.h"
+
+namespace haarfield {
+namespace {
+
+/// The share of the target that interpolation may use if the shading alone exceeds the target.
+constexpr double least_share = 0.5;
+/// The share of the target at which the search ends, since other points measure the reported error.
+constexpr double margin = 0.95;
+/// Indirect light gets more directions while its error exceeds this share of the target.
+constexpr double largest_indirect_share = 0.6;
+constexpr int most_directions = 2048;
+/// Edges with errors below this share of the target are not split.
+constexpr double tolerated_share = 0.25;
+
+/// Returns the upper end of the interval that contains 90 % of the estimates.
+double upper_end(const SquareEstimate& estimate) {
+    std::vector<double> squares = estimate.resampled;
+    if (squares.empty()) return 0;
+    std::ranges::sort(squares);
+    return std::sqrt(std::max(0.0, squares[squares.size() * 19 / 20]));
+}
+
+double root(double square) {
+    return std::sqrt(std::max(0.0, square));
+}
+
+template <class Radiance>
+Outgoing interpolated(const Radiance& radiance, const std::array<std::uint32_t, 3>& corners,
+                      const std::array<float, 3>& weights) {
+    Outgoing sum;
+    for (std::size_t k = 0; k < 3; ++k) sum += radiance[corners[k]] * weights[k];
+    return sum;
+}
+
+/// Returns the values that a refinement displays.
+///
+/// fitted  null: sampled radiance.
+BakeErrorMeter::DisplayedRadiance displayed_radiance(const MeshRefiner& refiner,
+                                                     const SceneRadiance* fitted) {
+    return [&refiner, fitted](const MeshPoint& at) -> BakeErrorMeter::Displayed {
+        const MeshRefiner::Located found = refiner.located(at);
+        return {fitted ? interpolated((*fitted)[at.instance], found.corners, found.weights)
+                       : interpolated(refiner.radiance(at.instance), found.corners, found.weights),
+                found.difference};
+    };
+}
+
+/// The indirect light of a search, and the error of the shading with it.
+struct LitShading {
+    RenderSettings settings;
+    std::optional<IndirectLight> indirect;
+    BakeErrorMeter::Shading error;
+};
+
+/// Refines meshes until interpolation reaches a target.
+class Search {
+public:
+    Search(const PointShading& shading, const ErrorTarget& target, BakeErrorMeter& meter,
+           const BakeErrorMeter::Shading& measured)
+        : shading_(shading), target_(target), meter_(meter), measured_(measured) {}
+
+    Result<Done> operator()(std::vector<RadiantMesh> start, TargetBake& bake, const Progress& progress) {
+        MeshRefiner refiner(
+            shading_,
+            {static_cast<float>(tolerated_share * target_.error), target_.vertex_budget, target_.by_view},
+            std::move(start));
+        for (bool can_refine = true;;) {
+            const Result<bool> done = is_done(refiner, progress);
+            if (!done) return done.error();
+            if (*done || !can_refine) break;
+            const Result<bool> split = refiner.step(progress);
+            if (!split) return split.error();
+            can_refine = *split;
+        }
+        const Result<BakeErrorMeter::Interpolation> between =
+            meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress);
+        if (!between) return between.error();
+        bake.error = meter_.error(shown(refiner), *between, measured_);
+        bake.fitted = fitted_.has_value();
+        bake.end = end(bake.error, refiner);
+        Refinement refined = std::move(refiner).finished();
+        bake.rounds = refined.rounds;
+        bake.shaded_points = refined.shaded_points;
+        bake.meshes = std::move(refined.meshes);
+        if (fitted_)
+            for (std::size_t i = 0; i < bake.meshes.size(); ++i)
+                bake.meshes[i].radiance = std::move((*fitted_)[i]);
+        return Done{};
+    }
+
+private:
+    BakeErrorMeter::DisplayedRadiance shown(const MeshRefiner& refiner) const {
+        return displayed_radiance(refiner, fitted_ ? &*fitted_ : nullptr);
+    }
+
+    /// Measures the current meshes, and chooses between sampled and fitted colours.
+    Result<bool> is_done(const MeshRefiner& refiner, const Progress& progress) {
+        fitted_.reset();
+        Result<SquareEstimate> error = meter_.steering_error(shown(refiner), progress);
+        if (!error) return error.error();
+        // Fitted colours reduce the error to less than a half.
+        if (root(error->square) > 3 * target_.error) return false;
+        fitted_ = refiner.fitted();
+        const Result<SquareEstimate> by_fit = meter_.steering_error(shown(refiner), progress);
+        if (!by_fit) return by_fit.error();
+        if (by_fit->square < error->square)
+            error = by_fit;
+        else
+            fitted_.reset();
+        if (!is_enough(refiner, *error)) return false;
+        const Result<BakeErrorMeter::Interpolation> between =
+            meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress);
+        if (!between) return between.error();
+        SquareEstimate upper = between->square;
+        upper.square = upper_end(between->square) * upper_end(between->square);
+        return is_enough(refiner, upper);
+    }
+
+    /// True if the whole error reaches the target with this error of interpolation, or if the shading misses
+    /// it and interpolation adds little.
+    bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between) const {
+        const double total = meter_.error(shown(refiner), {between, {}, 0}, measured_).total;
+        return total <= margin * target_.error || (root(measured_.all.square) > margin * target_.error &&
+                                                   root(between.square) <= least_share * target_.error);
+    }
+
+    SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
+        if (error.total <= target_.error) return SearchEnd::reached;
+        const double largest = std::max({error.between, error.at_vertices, error.indirect});
+        if (largest == error.between)
+            return refiner.is_budget_used_up() ? SearchEnd::vertex_budget : SearchEnd::short_edges;
+        return largest == error.at_vertices ? SearchEnd::direct_light : SearchEnd::indirect_light;
+    }
+
+    const PointShading& shading_;
+    const ErrorTarget& target_;
+    BakeErrorMeter& meter_;
+    const BakeErrorMeter::Shading& measured_;
+    std::uint32_t seed_ = 0;
+    std::optional<SceneRadiance> fitted_;
+};
+
+/// Returns the fine meshes with their radiance, which is extrapolated to vertices inside other instances.
+std::vector<RadiantMesh> radiant_fine_meshes(const ShadedScene& scene, SceneRadiance radiance) {
+    const PlacedSolids solids(scene);
+    std::vector<RadiantMesh> meshes;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        RadiantMesh& mesh = meshes.emplace_back(
+            RadiantMesh{*entity.mesh, std::move(radiance[i]), entity.occlusion->samples()});
+        mesh.samples.buried = solids.buried_vertices(scene, i, mesh.mesh, entity.occlusion->samples());
+        BuriedFill(mesh.mesh, mesh.samples.buried)(mesh.radiance);
+    }
+    return meshes;
+}
+
+}  // namespace
+
+Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
+                               std::vector<DisplayedPoint> population, const Progress& progress) {
+    Result<SceneRadiance> radiance = scene_radiance(direct, progress);
+    if (!radiance) return radiance.error();
+    TargetBake bake;
+    RenderSettings settings = direct.settings;
+    const auto lit = [&]() -> PointShading {
+        return {direct.scene, direct.geometry, direct.light,
+                settings,     nullptr,         bake.indirect ? &*bake.indirect : nullptr};
+    };
+    std::optional<BakeErrorMeter> meter;
+    Result<BakeErrorMeter::Shading> measured = BakeErrorMeter::Shading{};
+    for (double before = std::numeric_limits<double>::infinity();;) {
+        if (settings.bounces.most > 0) {
+            const PointShading unlit{direct.scene, direct.geometry, direct.light, settings};
+            Result<IndirectLight> found = scene_indirect_light(unlit, *radiance, progress);
+            if (!found) return found.error();
+            bake.indirect = std::move(*found);
+            bake.directions = settings.bounces.directions;
+        }
+        meter.emplace(lit(), population);
+        measured = meter->shading_error(target.error, progress);
+        if (!measured) return measured.error();
+        const double error = root(measured->indirect.square);
+        // More directions remove noise alone.
+        if (error <= largest_indirect_share * target.error || error > 0.8 * before ||
+            settings.bounces.directions * 4 > most_directions)
+            break;
+        before = error;
+        settings.bounces.directions *= 4;
+    }
+    const PointShading shading = lit();
+    if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, *radiance, progress));
+    HF_TRY_DONE(Search(shading, target, *meter, *measured)(
+        radiant_fine_meshes(direct.scene, std::move(*radiance)), bake, progress));
+    return bake;
+}
+
+Result<BakeError> vertex_bake_error(const PointShading& shading, const SceneRadiance& radiance,
+                                    std::vector<DisplayedPoint> population, double accuracy,
+                                    const Progress& progress) {
+    BakeErrorMeter meter(shading, std::move(population));
+    const auto bake = [&](const MeshPoint& at) -> BakeErrorMeter::Displayed {
+        const std::vector<Outgoing>& values = radiance[at.instance];
+        const auto& corners =
+            shading.scene.entities[shading.scene.instances[at.instance].entity].mesh->triangles[at.triangle];
+        float difference = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Rgb along = values[corners[k]].total() - values[corners[(k + 1) % 3]].total();
+            difference = std::max(difference, std::abs(along.x) + std::abs(along.y) + std::abs(along.z));
+        }
+        return {interpolated(values, corners, at.weights()), difference / 4};
+    };
+    const Result<BakeErrorMeter::Interpolation> between = meter.interpolation_error(bake, 0, 2048, progress);
+    if (!between) return between.error();
+    const Result<BakeErrorMeter::Shading> measured = meter.shading_error(accuracy, progress);
+    if (!measured) return measured.error();
+    return meter.error(bake, *between, *measured);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,62 @@
+#pragma once
+/// A bake whose vertices and rays are chosen for a wanted error.
+
+#include "shading/bake/bake_error.h"
+
+namespace haarfield {
+
+/// The wanted error, and the limits of the search.
+struct ErrorTarget {
+    double error = 0.01;                                             ///< BakeError::total.
+    std::size_t vertex_budget = RefinementSettings().vertex_budget;  ///< Over all instances.
+    bool by_view = true;                                             ///< RefinementSettings::by_view.
+};
+
+/// The reason for which a search ended.
+enum class SearchEnd {
+    reached,        ///< The target is reached.
+    vertex_budget,  ///< The vertex budget is used up.
+    short_edges,    ///< Edges between the points with large errors are too short to be split.
+    direct_light,   ///< The direct light where it is computed is not accurate enough.
+    indirect_light  ///< The indirect light where it is computed is not accurate enough.
+};
+
+/// A bake to a target error, and the choices that were made.
+struct TargetBake {
+    std::vector<RadiantMesh> meshes;        ///< By instance.
+    std::optional<IndirectLight> indirect;  ///< Present if there are bounces.
+    BakeError error;
+    SearchEnd end = SearchEnd::reached;
+    bool fitted = false;  ///< True: colours are fitted; false: they are the radiance at the vertices.
+    int directions = 0;   ///< BounceSettings::directions; 0 without bounces.
+    int rounds = 0;       ///< Refinement::rounds.
+    std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
+};
+
+/// Bakes a scene to a target error with few vertices.
+///
+/// The search starts with the fine meshes of the entities. First, it measures the shading itself, and
+/// repeats indirect light with four times as many directions while that is the larger part of the error. It
+/// then refines the meshes in steps, measures interpolation after each, with sampled and with fitted colours,
+/// and stops as soon as the upper end of the 90 % interval is below what the shading leaves of the target.
+/// Other points measure the reported error.
+///
+/// direct      the scene without indirect light; its settings contain the bounces.
+/// population  the points at which the bake is displayed.
+/// accuracy    bit-identical for any number of threads.
+/// cost        that of the refinement; measurements take 1 to 2 s of processor time for a target of 1 %.
+/// errors      interrupted.
+Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
+                               std::vector<DisplayedPoint> population, const Progress& progress = {});
+
+/// Measures a bake of the fine meshes' vertices.
+///
+/// shading     with its indirect light, if there is any.
+/// radiance    of the bake, by instance and vertex.
+/// accuracy    as for BakeErrorMeter::shading_error.
+/// errors      interrupted.
+Result<BakeError> vertex_bake_error(const PointShading& shading, const SceneRadiance& radiance,
+                                    std::vector<DisplayedPoint> population, double accuracy,
+                                    const Progress& progress = {});
+
+}  // namespace haarfield

@@ -1,0 +1,211 @@
+#include "shading/bake/error_target.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "shading/bake/bounced_radiance.h"
+#include "tests/fixtures/lit_box.h"
+#include "tests/fixtures/with_threads.h"
+
+namespace haarfield {
+namespace {
+
+double square(const Rgb& colour) {
+    return double(colour.dot(colour));
+}
+
+/// Shades as accurately as bakes do: other than in LitBox, sources are separated, and objects rasterized.
+void make_accurate(LitBox& lit) {
+    lit.settings.occlusion = Occlusion::exact;
+    lit.settings.sources = SourceRule();
+    lit.settings.light_coefficients = 0;
+    lit.geometry = *shading_geometry(lit.example.scene, lit.settings);
+    lit.light = scene_light(lit.example.scene.environment, lit.settings);
+}
+
+/// Returns the surface points of displayed points; all must be unburied.
+std::vector<InstancePoint> surface_points(const LitBox& lit, const std::vector<DisplayedPoint>& points) {
+    std::vector<InstancePoint> result;
+    for (const DisplayedPoint& point : points)
+        result.push_back(
+            {point.at.instance, *surface_point(lit.example.scene.entities[point.at.instance], point.at)});
+    return result;
+}
+
+/// Returns points of the floor, which no triangle buries.
+std::vector<DisplayedPoint> floor_points(const LitBox& lit, std::size_t count) {
+    std::vector<DisplayedPoint> points = area_points(lit.example.scene, count);
+    std::erase_if(points, [](const DisplayedPoint& point) { return point.at.instance != LitBox::floor; });
+    return points;
+}
+
+/// Returns the values that the vertices of the fine meshes display.
+BakeErrorMeter::DisplayedRadiance by_vertices(const LitBox& lit, const SceneRadiance& radiance) {
+    return [&](const MeshPoint& at) {
+        BakeErrorMeter::Displayed shown;
+        const auto& corners = lit.example.scene.entities[at.instance].mesh->triangles[at.triangle];
+        for (std::size_t k = 0; k < 3; ++k)
+            shown.radiance += radiance[at.instance][corners[k]] * at.weights()[k];
+        shown.difference = 0.1f * shown.radiance.total().length();
+        return shown;
+    };
+}
+
+/// Returns the interpolated radiance of a flat mesh at a height of zero.
+Outgoing radiance_on(const RadiantMesh& floor, const Vec3f& at) {
+    for (const auto& triangle : floor.mesh.triangles) {
+        std::array<double, 3> weight;
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f &a = floor.mesh.positions[triangle[(k + 1) % 3]],
+                        &b = floor.mesh.positions[triangle[(k + 2) % 3]];
+            weight[k] = double(a.x - at.x) * double(b.z - at.z) - double(a.z - at.z) * double(b.x - at.x);
+            sum += weight[k];
+        }
+        if (std::ranges::any_of(weight, [sum](double w) { return w / sum < -1e-6; })) continue;
+        Outgoing radiance;
+        for (std::size_t k = 0; k < 3; ++k)
+            radiance += floor.radiance[triangle[k]] * static_cast<float>(weight[k] / sum);
+        return radiance;
+    }
+    ADD_FAILURE() << "no triangle at " << at.x << ", " << at.z;
+    return {};
+}
+
+TEST(BakeError, AreaPointsAreProportionalToArea) {
+    const LitBox lit;
+    const std::vector<DisplayedPoint> points = area_points(lit.example.scene, 4096);
+    ASSERT_EQ(points.size(), 4096u);
+    std::size_t on_floor = 0, in_quarter = 0;
+    for (const InstancePoint& point : surface_points(lit, points)) {
+        on_floor += point.instance == LitBox::floor;
+        in_quarter +=
+            point.instance == LitBox::floor && point.point.position.x > 0 && point.point.position.z > 0;
+    }
+    double box = 0;
+    const Mesh& mesh = *lit.example.scene.entities[LitBox::box].mesh;
+    const std::vector<std::uint8_t>& buried =
+        lit.example.scene.entities[LitBox::box].occlusion->samples().buried;
+    for (const auto& [a, b, c] : mesh.triangles)
+        if (!buried[a] && !buried[b] && !buried[c])
+            box += 0.5 * 1.44 *
+                   double((mesh.positions[b] - mesh.positions[a])
+                              .cross(mesh.positions[c] - mesh.positions[a])
+                              .length());
+    EXPECT_NEAR(double(on_floor) / 4096, 16 / (16 + box), 0.002);
+    EXPECT_NEAR(double(in_quarter) / double(on_floor), 0.25, 0.01);
+}
+
+TEST(BakeError, InterpolationIsThatOfAllPoints) {
+    const LitBox lit;
+    const SceneRadiance radiance = *scene_radiance(lit.shading);
+    const auto bake = by_vertices(lit, radiance);
+    const std::vector<DisplayedPoint> points = floor_points(lit, 20000);
+    const std::vector<Outgoing> exact = *point_radiance(lit.shading, surface_points(lit, points));
+    double error = 0, all = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        error += square(bake(points[k].at).radiance.total() - exact[k].total());
+        all += square(exact[k].total());
+    }
+    const double expected = std::sqrt(error / all);
+    EXPECT_GT(expected, 0.02);
+    BakeErrorMeter meter(lit.shading, points);
+    int inside = 0;
+    for (std::uint32_t seed = 0; seed < 10; ++seed) {
+        const BakeErrorMeter::Interpolation between = *meter.interpolation_error(bake, seed);
+        const BakeError found = meter.error(bake, between, {});
+        EXPECT_NEAR(found.between, expected, 0.15 * expected) << "seed " << seed;
+        EXPECT_NEAR(found.total, found.between, 1e-12);
+        EXPECT_LT(found.high - found.low, 0.25 * found.total);
+        inside += found.low <= expected && expected <= found.high;
+        EXPECT_GT(found.worst.error, 2 * found.total);
+    }
+    EXPECT_GE(inside, 7);
+    const double steering = std::sqrt(meter.steering_error(bake)->square);
+    EXPECT_NEAR(steering, expected, 0.3 * expected);
+}
+
+TEST(BakeError, ShadingIsComparedWithUnbiasedReferences) {
+    LitBox lit;
+    make_accurate(lit);
+    const std::vector<DisplayedPoint> points = floor_points(lit, 4096);
+    const double unchanged = (*BakeErrorMeter(lit.shading, points).shading_error(0.01)).direct.square;
+    EXPECT_LT(std::sqrt(std::max(0.0, unchanged)), 0.02);
+    // A bake in light that is too bright by a tenth.
+    Environment brighter = lit.example.scene.environment;
+    for (Rgb& pixel : brighter.image.pixels) pixel *= 1.1f;
+    lit.light = scene_light(brighter, lit.settings);
+    const BakeErrorMeter::Shading found = *BakeErrorMeter(lit.shading, points).shading_error(0.01);
+    EXPECT_NEAR(std::sqrt(found.direct.square), 0.1 / 1.1, 0.012);
+    EXPECT_NEAR(found.all.square, found.direct.square, 1e-12);
+    EXPECT_EQ(found.indirect.square, 0);
+}
+
+TEST(ErrorTarget, IsReachedAndNotExceededByFar) {
+    LitBox lit;
+    make_accurate(lit);
+    lit.settings.bounces.most = 2;
+    for (const double wanted : {0.06, 0.03}) {
+        const TargetBake bake =
+            *target_bake(lit.shading, {wanted, 100000, false}, area_points(lit.example.scene, 16384));
+        EXPECT_EQ(bake.end, SearchEnd::reached);
+        EXPECT_LE(bake.error.total, wanted);
+        EXPECT_GT(bake.error.total, wanted / 4);
+        EXPECT_GE(bake.error.high, bake.error.total);
+        EXPECT_LE(bake.error.low, bake.error.total);
+        // The truth, by other points and other rays.
+        const std::vector<DisplayedPoint> points = floor_points(lit, 1500);
+        const std::vector<InstancePoint> at = surface_points(lit, points);
+        const RayScene rays(lit.example.scene);
+        const PathTracer paths(lit.example.scene, *bake.indirect->surface, lit.geometry.rays,
+                               lit.settings.sources);
+        const RadiantMesh& floor = bake.meshes[LitBox::floor];
+        double error = 0, all = 0;
+        for (std::size_t k = 0; k < at.size(); ++k) {
+            std::array<Rgb, 2> truth;
+            for (std::uint32_t r = 0; r < 2; ++r) {
+                const std::uint32_t seed = 1000000 + 2 * std::uint32_t(k) + r;
+                const auto& instance = lit.example.scene.instances[at[k].instance];
+                const ShadingPoint seen = shading_point(lit.example.scene, instance, at[k].point);
+                truth[r] = ray_radiance(rays, at[k].instance, at[k].point, 2048, seed).total() +
+                           paths.indirect_radiance(seen.from, seen.brdf, 256, seed).total();
+            }
+            const Rgb baked = radiance_on(floor, at[k].point.position).total();
+            error += double((baked - truth[0]).dot(baked - truth[1]));
+            all += double(truth[0].dot(truth[1]));
+        }
+        EXPECT_LE(std::sqrt(error / all), 1.25 * wanted);
+        EXPECT_GE(std::sqrt(error / all), wanted / 5);
+    }
+}
+
+TEST(ErrorTarget, EndsAtTheVertexBudget) {
+    const LitBox lit;
+    const TargetBake bake =
+        *target_bake(lit.shading, {0.001, 600, false}, area_points(lit.example.scene, 4096));
+    EXPECT_NE(bake.end, SearchEnd::reached);
+    EXPECT_GT(bake.error.total, 0.001);
+    std::size_t vertices = 0;
+    for (const RadiantMesh& mesh : bake.meshes) vertices += mesh.radiance.size();
+    EXPECT_LE(vertices, 600u);
+}
+
+TEST(ErrorTarget, DoesNotDependOnTheNumberOfThreads) {
+    const LitBox lit;
+    const auto bake = [&] {
+        return *target_bake(lit.shading, {0.05, 100000, true}, area_points(lit.example.scene, 4096));
+    };
+    const TargetBake one = with_threads(1, bake), many = with_threads(3, bake);
+    EXPECT_EQ(one.error.total, many.error.total);
+    EXPECT_EQ(one.error.high, many.error.high);
+    ASSERT_EQ(one.meshes.size(), many.meshes.size());
+    for (std::size_t i = 0; i < one.meshes.size(); ++i) {
+        EXPECT_EQ(one.meshes[i].radiance, many.meshes[i].radiance);
+        EXPECT_EQ(one.meshes[i].mesh.positions, many.meshes[i].mesh.positions);
+    }
+}
+
+}  // namespace
+}  // namespace haarfield
