@@ -39,12 +39,6 @@ void list_colours(const ShadedScene& scene, const VertexRows& rows, LightTransfe
         for (const std::uint32_t vertex : rows.vertices(i)) {
             transfer.colour_of_row.push_back(static_cast<std::uint32_t>(
                 first[entity] + scene.entities[entity].mesh->vertex_materials[vertex]));
-            const Vec3f normal =
-                scene.instances[i].placement.direction_to_world(scene.entities[entity].mesh->normals[vertex]);
-            const std::size_t row = transfer.colour_of_row.size() - 1;
-            if (row % group_rows == 0) transfer.normals.emplace_back();
-            for (int axis = 0; axis < 3; ++axis)
-                transfer.normals.back()[std::size_t(axis)][row % group_rows] = normal[axis];
         }
     }
 }
@@ -138,37 +132,10 @@ CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_si
     return rows > 0 ? root_mean_squares(energies, 3 * rows) : CoefficientSpectrum{};
 }
 
-/// Sets sums to the inner products of a block's groups.
-void set_inner_products(const GroupedColumns& block, const SelectedCoefficients& f,
-                        std::span<GroupSums> sums) {
-    std::ranges::fill(sums, GroupSums{});
-    add_inner_products(block, f, sums);
-}
-
-/// Adds the light of a source that the diffuse terms of a group lack: V (N.D), where their vectors have V
-/// (N.w).
-///
-/// moments  the inner products with the source's moments.
-/// lacking  in the unit of `moments` times the source's colour.
-void add_source(const ConcentratedLight& source, const GroupSums& moments, const GroupNormals& normals,
-                GroupSums& lacking) {
-    // For light at grazing angles, the vectors contain too little to determine V.
-    constexpr float grazing = 0.01f;  // Square of a cosine.
-    const auto& [x, y, z] = normals;
-    const Vec3f& towards = source.direction;
-    for (std::size_t k = 0; k < group_rows; ++k) {
-        const float cosine = std::max(0.0f, x[k] * towards.x + y[k] * towards.y + z[k] * towards.z),
-                    moment = x[k] * moments[0][k] + y[k] * moments[1][k] + z[k] * moments[2][k],
-                    sum = moment * cosine / (cosine * cosine + grazing);
-        for (std::size_t c = 0; c < 3; ++c) lacking[c][k] += source.colour[static_cast<int>(c)] * sum;
-    }
-}
-
 }  // namespace
 
 std::size_t LightTransfer::bytes() const {
-    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0] + normals.size() * sizeof normals[0] +
-                      directions.values.size() * sizeof directions.values[0] + sources.bytes();
+    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0] + sources.bytes();
     for (const GroupedColumns& block : blocks) sum += block.bytes();
     return sum;
 }
@@ -181,7 +148,6 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     list_colours(scene, rows, result);
     result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
     result.pruning_error = transfer.pruning_error;
-    result.directions = direction_coefficients(settings.face_size);
     CoefficientSpectrum spectrum = rms_spectrum(typical);
     // Darkness says nothing about subsequent light.
     if (std::ranges::all_of(spectrum, [](float amplitude) { return amplitude == 0; })) spectrum.fill(1);
@@ -198,26 +164,18 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, const DenseCoefficients& light,
                         std::span<const DirectionalLight> lights, FrameQuality quality,
                         std::vector<Rgb>& radiance, std::vector<Rgb>* diffuse, const Progress& progress) {
-    const float error = transfer.pruning_error / 8;
-    const SelectedCoefficients few = largest_coefficients(light, transfer.spectrum, error);
-    const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
+    const SelectedCoefficients few =
+        largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
     radiance.resize(transfer.colour_of_row.size());
     if (diffuse) diffuse->resize(radiance.size());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
         const GroupedColumns& block = transfer.blocks[b];
-        std::array<GroupSums, GroupedColumns::most_groups> all_sums, all_moments;
-        const std::span sums = std::span(all_sums).first(block.scale.size()),
-                        moments = std::span(all_moments).first(block.scale.size());
-        set_inner_products(block, few, sums);
+        std::array<GroupSums, GroupedColumns::most_groups> all_sums{};
+        const std::span sums = std::span(all_sums).first(block.scale.size());
+        add_inner_products(block, few, sums);
         const std::size_t first = b * transfer.block_rows(),
                           end = std::min(radiance.size(), first + transfer.block_rows());
-        for (const ConcentratedLight& source : sources) {
-            set_inner_products(block, source.moments, moments);
-            for (std::size_t group = 0; group < sums.size(); group += transfer.terms)
-                add_source(source, moments[group],
-                           transfer.normals[first / group_rows + group / transfer.terms], sums[group]);
-        }
         for (std::size_t row = first; row < end; ++row) {
             const LightTransfer::Colours& colours = transfer.colours[transfer.colour_of_row[row]];
             const std::size_t place = row - first, group = place / group_rows * transfer.terms;

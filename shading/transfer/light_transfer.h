@@ -1,13 +1,10 @@
 #pragma once
 /// Radiance transfer for variable light: rotated, dimmed, exchanged, mixed.
 
-#include "shading/transfer/concentrated_light.h"
+#include "shading/transfer/grouped_columns.h"
 #include "shading/transfer/source_rows.h"
 
 namespace haarfield {
-
-/// x, y and z of the normals of a group's rows.
-using GroupNormals = std::array<std::array<float, group_rows>, 3>;
 
 /// T = BRDF x visibilities x cosine per vertex, without the materials' colours. [1/sr]
 struct LightTransfer {
@@ -22,8 +19,6 @@ struct LightTransfer {
     std::size_t terms = 2;                     ///< 3 if the scene has metals.
     std::vector<Colours> colours;              ///< By material of the scene.
     std::vector<std::uint32_t> colour_of_row;  ///< Index in `colours`.
-    std::vector<GroupNormals> normals;         ///< By group of rows.
-    DenseCoefficients directions;              ///< direction_coefficients.
     CoefficientSpectrum spectrum{};            ///< Of T, over a sample of the rows and all channels.
     float pruning_error = 0;                   ///< The error of the pruning of the vectors.
     SourceRows sources;                        ///< For concentrated light.
@@ -46,17 +41,16 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// Computes the radiance of each row under a light (lighting.h: with the solid angle), towards the eye of the
 /// vectors.
 ///
-/// The least important coefficients of the light are dropped, with an eighth of the pruning error. The
-/// vectors keep the cosine constant over cells; concentrated_light.h corrects this for concentrated light.
+/// The least important coefficients of the light are dropped, with an eighth of the pruning error.
 ///
 /// rays             of the scene for which the vectors were computed.
 /// lights, quality  of the sources that `light` does not contain: see SourceRows.
 /// radiance         overwritten, for store_radiance.
 /// diffuse          null, or overwritten with the diffuse component. >= 0
-/// accuracy         in addition to pruning, rounding to bytes: 0.2 %.
+/// accuracy         in addition to pruning: rounding to bytes, 0.2 %; the constant cosine over cells
+///                  (transfer_terms), at most 0.1 % unless `light` contains suns.
 /// errors           interrupted; the rows are then unspecified.
-/// cost             a multiplication and an addition for each coefficient that a vertex and the light share,
-///                  and for about twenty more per concentrated source.
+/// cost             a multiplication and an addition for each coefficient that a vertex and the light share.
 Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, const DenseCoefficients& light,
                         std::span<const DirectionalLight> lights, FrameQuality quality,
                         std::vector<Rgb>& radiance, std::vector<Rgb>* diffuse = nullptr,

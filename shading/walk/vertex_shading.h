@@ -68,7 +68,7 @@ SpecularIntegrand specular_integrand(const LightPyramid& light, const ShadedVert
 ///     outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular metallic t_2] dw.
 /// A product of two terms omits t_2; in a product of three, t_2 is zero if metallic is zero.
 ///
-/// The cosine of t_0 is constant over cells of 1/16 of a face's edge (concentrated_light.h). Where visibility
+/// The cosine of t_0 is constant over cells of 1/16 of a face's edge. Where visibility
 /// does not vary within a cell, a lobe below 3 % of its peak is constant over the cell.
 ///
 /// numbers  of the blocks, for faces of the size of the vertex's directions.
