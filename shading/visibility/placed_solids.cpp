@@ -15,36 +15,33 @@ bool contains(const Occluder& occluder, const InsideTest& is_inside, const Vec3f
     return is_inside(point);
 }
 
-std::vector<std::size_t> solid_instances(const ShadedScene& scene) {
-    std::vector<std::size_t> result;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const EntityOcclusion& occlusion = *scene.entities[scene.instances[i].entity].occlusion;
-        if (occlusion.original().one_sided() > 0 || occlusion.coarse().one_sided() > 0) result.push_back(i);
-    }
-    return result;
-}
-
-std::vector<Sphere> spheres(const ShadedScene& scene, std::span<const std::size_t> instances) {
-    std::vector<Sphere> result;
-    for (const std::size_t i : instances) {
-        const ShadedInstance& instance = scene.instances[i];
-        const EntityOcclusion& occlusion = *scene.entities[instance.entity].occlusion;
-        Bounds bounds = occlusion.original().bounds();
-        bounds.add(occlusion.coarse().bounds().lower);
-        bounds.add(occlusion.coarse().bounds().upper);
-        result.push_back(
-            {instance.placement.point_to_world(bounds.centre()), bounds.radius() * instance.placement.scale});
-    }
-    return result;
+/// Returns the sphere around the original and the coarse mesh of a solid, in the world.
+Sphere sphere_of(const Placement& placement, const EntityOcclusion& occlusion) {
+    Bounds bounds = occlusion.original().bounds();
+    bounds.add(occlusion.coarse().bounds().lower);
+    bounds.add(occlusion.coarse().bounds().upper);
+    return {placement.point_to_world(bounds.centre()), bounds.radius() * placement.scale};
 }
 
 }  // namespace
 
-PlacedSolids::PlacedSolids(const ShadedScene& scene) : grid_(spheres(scene, solid_instances(scene))) {
-    for (const std::size_t i : solid_instances(scene))
-        solids_.push_back(
-            {i, scene.instances[i].placement, scene.entities[scene.instances[i].entity].occlusion});
+std::vector<PlacedSolids::Solid> PlacedSolids::solids(const ShadedScene& scene) {
+    std::vector<Solid> result;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const EntityOcclusion& occlusion = *scene.entities[scene.instances[i].entity].occlusion;
+        if (occlusion.original().one_sided() > 0 || occlusion.coarse().one_sided() > 0)
+            result.push_back({i, scene.instances[i].placement, &occlusion});
+    }
+    return result;
 }
+
+std::vector<Sphere> PlacedSolids::spheres(std::span<const Solid> solids) {
+    std::vector<Sphere> result;
+    for (const Solid& solid : solids) result.push_back(sphere_of(solid.placement, *solid.occlusion));
+    return result;
+}
+
+PlacedSolids::PlacedSolids(const ShadedScene& scene) : solids_(solids(scene)), grid_(spheres(solids_)) {}
 
 bool PlacedSolids::contain(const Vec3f& point, std::size_t instance) const {
     return std::ranges::any_of(grid_.near(point), [&](std::uint32_t number) {

@@ -40,6 +40,9 @@ private:
         Placement placement;
         const EntityOcclusion* occlusion;
     };
+    static std::vector<Solid> solids(const ShadedScene& scene);
+    static std::vector<Sphere> spheres(std::span<const Solid> solids);
+
     std::vector<Solid> solids_;
     InstanceGrid grid_;  ///< Of their spheres.
 };
