@@ -14,9 +14,10 @@ constexpr std::size_t most_rasterized = 8;
 
 constexpr std::size_t area_point_count = 65536;
 
-void add_colours(const SceneEntities& entities, std::vector<DisplayedPoint>& points) {
+void add_colours(const SceneEntities& entities, const ShadedScene& shaded,
+                 std::vector<DisplayedPoint>& points) {
     for (DisplayedPoint& point : points) {
-        const SceneEntity& entity = entities.of_instance(point.at.instance);
+        const SceneEntity& entity = *entities.entities[shaded.instances[point.at.instance].entity];
         const Mesh& mesh = entity.mesh.fine;
         const auto& corners = mesh.triangles[point.at.triangle];
         const Surface& surface = entity.surfaces[mesh.vertex_materials[corners[0]]];
@@ -64,18 +65,18 @@ std::size_t search_budget(const Scene& scene, const SceneEntities& entities) {
     return std::max(usual_vertex_budget(entities), wanted_vertices(scene));
 }
 
-std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities,
+std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities, const ShadedScene& shaded,
                                              std::span<const std::optional<MeshPoint>> pixels) {
     std::vector<DisplayedPoint> points;
     for (std::size_t k = 0; k < pixels.size(); ++k)
         if (pixels[k]) points.push_back({*pixels[k], Rgb(1.0f), Rgb(1.0f), static_cast<std::uint32_t>(k)});
-    add_colours(entities, points);
+    add_colours(entities, shaded, points);
     return points;
 }
 
 std::vector<DisplayedPoint> displayed_area(const SceneEntities& entities, const ShadedScene& shaded) {
     std::vector<DisplayedPoint> points = area_points(shaded, area_point_count);
-    add_colours(entities, points);
+    add_colours(entities, shaded, points);
     return points;
 }
 

@@ -24,8 +24,9 @@ std::size_t search_budget(const Scene& scene, const SceneEntities& entities);
 
 /// Returns the displayed points of a picture, with the colours of images.
 ///
+/// shaded  a scene of these entities.
 /// pixels  of the fine meshes, row by row from the top; none where no object is visible.
-std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities,
+std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities, const ShadedScene& shaded,
                                              std::span<const std::optional<MeshPoint>> pixels);
 
 /// Returns points over the area of all surfaces, with the colours of images.

@@ -71,14 +71,17 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     const std::size_t budget =
         options.vertex_budget ? *options.vertex_budget : search_budget(scene, entities);
     std::vector<DisplayedPoint> points;
-    if (!options.everywhere) points = displayed_points(entities, pixels);
+    if (!options.everywhere) points = displayed_points(entities, direct.scene, pixels);
     const bool is_everywhere = points.empty();
     if (is_everywhere) points = displayed_area(entities, direct.scene);
+    constexpr int least_face_size = 16;
+    const int least =
+        search_fields(scene, direct.settings.occlusion) == FieldExtent::none ? least_face_size : 0;
     HF_TRY(TargetBake found,
-           target_bake(direct, {*options.error, budget, !is_everywhere}, std::move(points), progress));
+           target_bake(direct, {*options.error, budget, !is_everywhere, least}, std::move(points), progress));
     baked.search =
-        SearchOutcome{*options.error,   found.error,         found.end,    budget,       found.fitted,
-                      found.directions, found.shaded_points, found.rounds, is_everywhere};
+        SearchOutcome{*options.error,   found.error,     found.end,           budget,       found.fitted,
+                      found.directions, found.face_size, found.shaded_points, found.rounds, is_everywhere};
     baked.refined = std::move(found.meshes);
     indirect = std::move(found.indirect);
     return Done{};

@@ -226,6 +226,25 @@ TEST(MeshRefinement, LocatesPointsOfTheStart) {
     EXPECT_GT(moved, 100u);
 }
 
+TEST(MeshRefinement, SplitsFewerEdgesOutsideOfThePicture) {
+    const LitBox lit;
+    const std::vector<RadiantMesh> start = lit.radiant(6);
+    // The box is in the middle of the floor: both halves have the same amount of shadow edges, roughly.
+    const auto share_with = [&](bool right_is_visible) {
+        VertexMask visible;
+        for (const RadiantMesh& mesh : start) visible.emplace_back(mesh.radiance.size(), true);
+        for (std::size_t v = 0; v < visible[LitBox::floor].size(); ++v)
+            visible[LitBox::floor][v] = (start[LitBox::floor].mesh.positions[v].x > 0) == right_is_visible;
+        MeshRefiner refiner(lit.shading, {0.002f, 2000}, start, visible);
+        while (*refiner.step()) continue;
+        const Refinement refined = std::move(refiner).finished();
+        const std::vector<Vec3f>& positions = refined.meshes[LitBox::floor].mesh.positions;
+        return double(std::ranges::count_if(positions, [](const Vec3f& p) { return p.x > 0; })) /
+               double(positions.size());
+    };
+    EXPECT_GT(share_with(true), 1.3 * share_with(false));
+}
+
 TEST(MeshRefinement, IsBitIdenticalForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<Refinement> results;

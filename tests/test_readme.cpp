@@ -205,7 +205,6 @@ TEST(Readme, CommandsDoWhatTheySay) {
     for (const char* file :
          {"baked.png", "baked.exr", "chair.pov", "chair_Chair.inc", "chair.ply", "report.html"})
         EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/first" / file)) << file;
-    EXPECT_TRUE(std::filesystem::is_directory(folder / "out/first/fields"));
     EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/lacquer/baked.png"));
     EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/spin/frame_0024.png"));
     EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/plan/slurm.sh"));
@@ -285,6 +284,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--error", {"bake"}},
         {"--everywhere", {"bake"}},
         {"--worst", {"bake"}},
+        {"--face-size", {"bake"}},
         {"--refine", {"bake"}},
         {"--format", {"bake", "relight"}},
         {"--colours", {"bake"}},

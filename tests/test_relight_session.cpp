@@ -628,5 +628,27 @@ TEST_P(RelightSessionBy, InterruptedCallsChangeNothing) {
     EXPECT_EQ(session.radiance(), before);
 }
 
+TEST(RelightSession, MeasuresTheErrorOfDisplayedRadiance) {
+    const OpenedScene opened(Occlusion::exact);
+    RelightSession session = opened.session();
+    session.turn_environment(rotation_about({0, 1, 0}, 1));
+    ASSERT_TRUE(session.commit());
+    const auto displayed = [&](float gain) {
+        SceneRadiance radiance;
+        for (const std::vector<Rgb>& colours : session.radiance()) {
+            radiance.emplace_back();
+            for (const Rgb& colour : colours) radiance.back().push_back({colour * gain, Rgb(0.0f)});
+        }
+        return radiance;
+    };
+    const std::vector<DisplayedPoint> points = area_points(session.scene(), 4096);
+    const BakeError exact = *session.error(displayed(1), points, 0.02),
+                    brighter = *session.error(displayed(1.5f), points, 0.02);
+    EXPECT_LT(exact.at_vertices, 0.1);
+    EXPECT_LT(exact.low, exact.total);
+    EXPECT_LT(exact.total, exact.high);
+    EXPECT_NEAR(brighter.total, std::hypot(0.5, exact.total), 0.15);
+}
+
 }  // namespace
 }  // namespace haarfield

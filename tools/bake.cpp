@@ -81,6 +81,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                {{"vertex_budget", search.vertex_budget},
                 {"colours", search.fitted ? "fitted" : "sampled"},
                 {"directions", search.directions},
+                {"face_size", search.face_size},
                 {"shaded_points", search.shaded_points},
                 {"rounds", search.rounds}}}};
     if (!search.is_everywhere)
@@ -140,7 +141,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     const Stopwatch watch;
     std::vector<std::optional<MeshPoint>> pixels;
     if (render.bake.error && !render.bake.everywhere)
-        pixels = Preview().points(scene.camera, preview_instances(shaded));
+        pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
     std::optional<PointSharing> sharing;
     if (context.share) sharing = point_sharing(*context.share);
     HF_TRY(const BakedScene baked, baked_scene(scene, entities, shaded, render.shading, render.bake,

@@ -148,6 +148,30 @@ std::pair<int, int> frame_range(const RelightOptions& options, const CommandCont
     return {first + static_cast<int>(begin), first + static_cast<int>(end)};
 }
 
+/// Measures and reports the error of the frame that the session shows.
+Result<Done> report_error(RelightStage& stage, const SceneEntities& entities, CommandContext& context) {
+    TexturedSession& session = *stage.session;
+    // A fade ends with its last environment.
+    if (stage.environments.size() > 1)
+        session.both(&RelightSession::set_environment, stage.environments.back());
+    Preview preview;
+    HF_TRY(const BakeError error, session.error(entities, stage.scene.camera, preview, context.progress));
+    if (error.points == 0) return Done{};
+    context.report["error"] = {{"frame", "last"},
+                               {"reached", error.total},
+                               {"low", error.low},
+                               {"high", error.high},
+                               {"between_vertices", error.between},
+                               {"at_vertices", error.at_vertices},
+                               {"indirect_light", error.indirect}};
+    context.print(
+        "error  {:.2f} % ({:.2f} to {:.2f} %) in the last frame: {:.2f} % between vertices, "
+        "{:.2f} % at vertices, {:.2f} % indirect light\n",
+        100 * error.total, 100 * error.low, 100 * error.high, 100 * error.between, 100 * error.at_vertices,
+        100 * error.indirect);
+    return Done{};
+}
+
 /// Returns the folder of a frame, counted from 0 among all frames. Tasks of a plan have a folder per part.
 Result<std::filesystem::path> frame_folder(const RelightOptions& options, const CommandContext& context,
                                            int frame) {
@@ -245,6 +269,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
         setup.wall, for_scene.wall, for_vectors.wall, double(relight.transfer_bytes()) / 1e6, made,
         output.string(), 1 / a_frame.wall, a_picture.wall * 1e3);
     if (has_rest) context.print("rest   {:.2f} s for the last frame, at full quality\n", rest.wall);
+    if (last == options.frames) HF_TRY_DONE(report_error(stage, entities, context));
 
     return filmed(options, context);
 }

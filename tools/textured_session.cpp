@@ -1,5 +1,7 @@
 #include "tools/textured_session.h"
 
+#include "scenes/bake_search.h"
+
 #include <algorithm>
 
 namespace haarfield {
@@ -43,6 +45,15 @@ bool TexturedSession::set_materials(std::span<const std::vector<Surface>> surfac
         if (matte_) matte_->set_materials(e, matt_materials(surfaces[e]));
     }
     return true;
+}
+
+Result<BakeError> TexturedSession::error(const SceneEntities& entities, const Camera& camera,
+                                         Preview& preview, const Progress& progress) {
+    constexpr double accuracy = 0.01;
+    SceneRadiance shown;
+    for (std::size_t i = 0; i < instances().size(); ++i) shown.push_back(outgoing(i));
+    const auto pixels = preview.points(camera, preview_instances(entities, scene()));
+    return all_.error(shown, displayed_points(entities, scene(), pixels), accuracy, progress);
 }
 
 std::vector<Outgoing> TexturedSession::outgoing(std::size_t instance) const {

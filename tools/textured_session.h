@@ -1,6 +1,7 @@
 #pragma once
 /// A relighting session that separates specular radiance from the light that textures multiply.
 
+#include "bridge/pictures/preview.h"
 #include "scenes/scene_entities.h"
 #include "shading/transfer/relight_session.h"
 
@@ -54,6 +55,13 @@ public:
     /// Replaces the materials of all entities. Returns false and does nothing if the new materials need the
     /// second session and it does not exist, or the reverse.
     bool set_materials(std::span<const std::vector<Surface>> surfaces);
+
+    /// Measures the error of the radiance over the pixels of a picture; see RelightSession::error.
+    ///
+    /// entities  those of the scene.
+    /// errors    interrupted.
+    Result<BakeError> error(const SceneEntities& entities, const Camera& camera, Preview& preview,
+                            const Progress& progress = {});
 
     /// Returns the radiance of an instance. The specular component is zero where no texture needs it.
     std::vector<Outgoing> outgoing(std::size_t instance) const;

@@ -343,4 +343,11 @@ std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const Sce
     return instances;
 }
 
+std::vector<BakedInstance> preview_instances(const SceneEntities& entities, const ShadedScene& scene) {
+    std::vector<BakedInstance> instances = preview_instances(scene);
+    for (std::size_t i = 0; i < instances.size(); ++i)
+        instances[i].surfaces = entities.entities[scene.instances[i].entity]->surfaces;
+    return instances;
+}
+
 }  // namespace haarfield

@@ -19,6 +19,11 @@ namespace haarfield {
 /// radiance  by instance; empty for Preview::points, which reads no radiance.
 std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
 
+/// Returns the instances of a scene for Preview::points, with their cut-outs.
+///
+/// entities  those of the scene. The arguments must outlive the result.
+std::vector<BakedInstance> preview_instances(const SceneEntities& entities, const ShadedScene& scene);
+
 /// Returns the radiance from a direction of any length but zero. Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
 

@@ -15,8 +15,9 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t steering_points = 2048, shading_points = 512, path_points = 128;
+constexpr std::size_t steering_points = 2048, path_points = 128;
 constexpr std::size_t resamplings = 200;
+constexpr std::uint32_t most_path_samples = 8192;
 constexpr double interval = 0.9;
 
 /// Returns a whole number below `count`, the same on every platform.
@@ -36,24 +37,24 @@ Vec3d displayed(const Outgoing& radiance, const DisplayedPoint& point) {
     return Vec3d(radiance.diffuse * point.diffuse + radiance.specular * point.specular);
 }
 
-/// Values of a stratum: their mean counts by `weight`.
-struct Stratum {
+/// Values whose mean counts by `weight`.
+struct WeightedValues {
     double weight = 0;
     std::vector<double> values;
 };
 
 /// Returns the weighted mean, and those of bootstrap samples.
-SquareEstimate estimate(const std::vector<Stratum>& strata, double scale) {
+SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale) {
     SquareEstimate result;
-    const auto add = [&](const Stratum& stratum, double sum, double& to) {
+    const auto add = [&](const WeightedValues& stratum, double sum, double& to) {
         if (!stratum.values.empty()) to += scale * stratum.weight * sum / double(stratum.values.size());
     };
-    for (const Stratum& stratum : strata)
+    for (const WeightedValues& stratum : strata)
         add(stratum, std::accumulate(stratum.values.begin(), stratum.values.end(), 0.0), result.square);
     std::mt19937 random(2006);
     for (std::size_t k = 0; k < resamplings; ++k) {
         double& square = result.resampled.emplace_back(0);
-        for (const Stratum& stratum : strata) {
+        for (const WeightedValues& stratum : strata) {
             double sum = 0;
             for (std::size_t i = 0; i < stratum.values.size(); ++i)
                 sum += stratum.values[number_below(random, stratum.values.size())];
@@ -75,6 +76,13 @@ struct ShadedPoint {
     Outgoing direct, indirect;
 
     Outgoing radiance() const { return direct + indirect; }
+};
+
+/// Points of strata of a population.
+struct StratifiedPoints {
+    std::vector<ShadedPoint> points;
+    std::vector<std::size_t> stratum;  ///< By point.
+    std::vector<double> weights;       ///< By stratum: its share of the population.
 };
 
 }  // namespace
@@ -113,13 +121,11 @@ struct BakeErrorMeter::State {
         direct.sharing = nullptr;
         Progress silent;
         silent.stop = progress.stop;
-        const Result<std::vector<Outgoing>> radiance = point_radiance(direct, ordered, silent);
-        if (!radiance) return radiance.error();
-        for (std::size_t k = 0; k < order.size(); ++k) points[order[k]].direct = (*radiance)[k];
+        HF_TRY(const std::vector<Outgoing> radiance, point_radiance(direct, ordered, silent));
+        for (std::size_t k = 0; k < order.size(); ++k) points[order[k]].direct = radiance[k];
         if (!shading.indirect) return points;
-        const Result<std::vector<Outgoing>> indirect = indirect_radiance(shading, ordered, silent);
-        if (!indirect) return indirect.error();
-        for (std::size_t k = 0; k < order.size(); ++k) points[order[k]].indirect = (*indirect)[k];
+        HF_TRY(const std::vector<Outgoing> indirect, indirect_radiance(shading, ordered, silent));
+        for (std::size_t k = 0; k < order.size(); ++k) points[order[k]].indirect = indirect[k];
         return points;
     }
 
@@ -135,13 +141,155 @@ struct BakeErrorMeter::State {
     /// Shades the points that steer a refinement, once.
     Result<Done> prepare(const Progress& progress) {
         if (!steering.empty() || population.empty()) return Done{};
-        Result<std::vector<ShadedPoint>> points = shaded(chosen(steering_points, 1), progress);
-        if (!points) return points.error();
-        steering = std::move(*points);
+        HF_TRY(steering, shaded(chosen(steering_points, 1), progress));
         double sum = 0;
         for (const ShadedPoint& each : steering) sum += square_of(displayed(each.radiance(), each.displayed));
         mean_square = steering.empty() ? 0 : sum / double(steering.size());
         return Done{};
+    }
+
+    /// Compares shaded points with references.
+    ///
+    /// traced  the number of points, the first ones, whose indirect light is compared.
+    Result<std::vector<Reference>> references(std::span<const ShadedPoint> points, double accuracy,
+                                              std::size_t traced, const Progress& progress) const {
+        std::vector<Reference> result(points.size());
+        // The noise of a mean square falls with the number of samples.
+        const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
+        const RayScene rays(shading.scene);
+        HF_TRY(const Pairs direct, pairs(
+                                       points,
+                                       [&](const ShadedPoint& point, std::uint32_t seed) {
+                                           return displayed(point.direct, point.displayed) -
+                                                  displayed(
+                                                      ray_radiance(rays, point.at.instance, point.at.point,
+                                                                   std::uint32_t(1024 * effort), seed),
+                                                      point.displayed);
+                                       },
+                                       progress));
+        for (std::size_t k = 0; k < points.size(); ++k) {
+            Reference& reference = result[k];
+            reference.point = points[k].displayed;
+            reference.shaded = displayed(points[k].radiance(), points[k].displayed);
+            reference.direct_product = direct[k][0].dot(direct[k][1]);
+            reference.direct = (direct[k][0] + direct[k][1]) * 0.5;
+        }
+        if (!shading.indirect) return result;
+        const PathTracer paths(shading.scene, *shading.indirect->surface, shading.geometry.rays,
+                               shading.settings.sources);
+        const std::span<const ShadedPoint> by_paths = points.first(std::min(traced, points.size()));
+        Pairs indirect;
+        for (std::uint32_t samples = 256;; samples *= 4) {
+            HF_TRY(indirect,
+                   pairs(
+                       by_paths,
+                       [&](const ShadedPoint& point, std::uint32_t seed) {
+                           const ShadingPoint seen = shading_point(
+                               shading.scene, shading.scene.instances[point.at.instance], point.at.point);
+                           return displayed(point.indirect, point.displayed) -
+                                  displayed(paths.indirect_radiance(seen.from, seen.brdf, samples, seed),
+                                            point.displayed);
+                       },
+                       progress));
+            // The deviation of the mean of the products.
+            double variance = 0;
+            for (const auto& [one, other] : indirect) variance += square_of(one - other) / 2;
+            variance *= scale() / std::pow(double(std::max<std::size_t>(1, indirect.size())), 1.5);
+            if (std::sqrt(variance) <= 0.4 * accuracy || samples >= most_path_samples) break;
+        }
+        for (std::size_t k = 0; k < indirect.size(); ++k) {
+            Reference& reference = result[k];
+            reference.has_indirect = true;
+            reference.indirect_product = indirect[k][0].dot(indirect[k][1]);
+            reference.mixed_product = direct[k][0].dot(indirect[k][1]) + direct[k][1].dot(indirect[k][0]);
+            reference.indirect = (indirect[k][0] + indirect[k][1]) * 0.5;
+        }
+        return result;
+    }
+
+    using Pairs = std::vector<std::array<Vec3d, 2>>;
+
+    /// Returns two independent estimates by point.
+    ///
+    /// estimate  (const ShadedPoint&, std::uint32_t seed) -> Vec3d. Called from many threads.
+    template <class Estimate>
+    static Result<Pairs> pairs(std::span<const ShadedPoint> points, const Estimate& estimate,
+                               const Progress& progress) {
+        Pairs result(points.size());
+        HF_TRY_DONE(parallel_loop(
+            {points.size()},
+            [&]() -> LoopBody {
+                return [&](std::size_t k) {
+                    for (std::uint32_t r = 0; r < 2; ++r)
+                        result[k][r] = estimate(points[k], mixed_seed(std::uint32_t(k), r));
+                };
+            },
+            "reference points", progress));
+        return result;
+    }
+
+    /// Chooses points: strata by octaves of Displayed::difference, with Neyman's allocation.
+    Result<StratifiedPoints> stratified(const DisplayedRadiance& bake, std::uint32_t seed, std::size_t count,
+                                        const Progress& progress) {
+        HF_TRY_DONE(prepare(progress));
+        // Octaves of the expected error, from a 64th of the RMS radiance on.
+        constexpr std::size_t octaves = 10;
+        std::vector<std::uint8_t> octave(population.size());
+        const double unit = 3 * root(mean_square / 3) / 64;
+        tbb::parallel_for(std::size_t(0), population.size(), [&](std::size_t k) {
+            const DisplayedPoint& displayed_point = population[k];
+            const double expected =
+                double(bake(displayed_point.at).difference) *
+                (channel_sum(displayed_point.diffuse) + channel_sum(displayed_point.specular)) / 6;
+            const double above = unit > 0 ? std::log2(std::max(1e-30, expected / unit)) : 0;
+            octave[k] = std::uint8_t(std::clamp(above + 1, 0.0, double(octaves - 1)));
+        });
+        std::array<std::vector<std::size_t>, octaves> members;
+        for (std::size_t k = 0; k < population.size(); ++k) members[octave[k]].push_back(k);
+        // Neyman: in proportion to the deviation of the squared error, that is to the squared expectation;
+        // half of the points in proportion to size, for errors that nothing foretells.
+        std::array<double, octaves> wanted{};
+        double all = 0;
+        for (std::size_t s = 0; s < octaves; ++s) {
+            wanted[s] = double(members[s].size()) * std::exp2(2 * double(s));
+            all += wanted[s];
+        }
+        std::mt19937 random(mixed_seed(3, seed));
+        StratifiedPoints result;
+        std::vector<std::size_t> numbers;
+        for (std::size_t s = 0; s < octaves; ++s) {
+            result.weights.push_back(double(members[s].size()) / double(population.size()));
+            if (members[s].empty()) continue;
+            const double share =
+                0.5 * wanted[s] / all + 0.5 * double(members[s].size()) / double(population.size());
+            const std::size_t wanted_points =
+                std::min(members[s].size(), std::max<std::size_t>(16, std::size_t(share * double(count))));
+            for (std::size_t k = 0; k < wanted_points; ++k) {
+                std::swap(members[s][k], members[s][k + number_below(random, members[s].size() - k)]);
+                if (!point(members[s][k])) continue;
+                numbers.push_back(members[s][k]);
+                result.stratum.push_back(s);
+            }
+        }
+        HF_TRY(result.points, shaded(numbers, progress));
+        return result;
+    }
+
+    Interpolation interpolation(const DisplayedRadiance& bake, const StratifiedPoints& points) const {
+        std::vector<WeightedValues> strata;
+        for (const double weight : points.weights) strata.push_back({weight, {}});
+        Interpolation result;
+        result.points = points.points.size();
+        for (std::size_t k = 0; k < points.points.size(); ++k) {
+            const ShadedPoint& shown = points.points[k];
+            const double square = square_of(displayed(bake(shown.displayed.at).radiance, shown.displayed) -
+                                            displayed(shown.radiance(), shown.displayed));
+            strata[points.stratum[k]].values.push_back(square);
+            const double error = root(square * scale());
+            if (error > result.worst.error) result.worst = {shown.displayed, error, true};
+        }
+        result.square = estimate(strata, scale());
+        return result;
     }
 
     double scale() const { return mean_square > 0 ? 1 / mean_square : 0; }
@@ -158,56 +306,13 @@ BakeErrorMeter::BakeErrorMeter(const PointShading& shading, std::vector<Displaye
     : state_(std::make_unique<State>(shading, std::move(population))) {}
 BakeErrorMeter::~BakeErrorMeter() = default;
 
-Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, const Progress& progress) {
+Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, const Progress& progress,
+                                                              std::size_t count) {
     HF_TRY_DONE(state_->prepare(progress));
-    const Result<std::vector<ShadedPoint>> points =
-        state_->shaded(state_->chosen(shading_points, 2), progress);
-    if (!points) return points.error();
-    const PointShading& shading = state_->shading;
-    const RayScene rays(shading.scene);
-    std::optional<PathTracer> paths;
-    if (shading.indirect)
-        paths.emplace(shading.scene, *shading.indirect->surface, shading.geometry.rays,
-                      shading.settings.sources);
-    // The noise of a mean square falls with the number of samples.
-    const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
-    const auto samples = std::uint32_t(1024 * effort), traced = std::uint32_t(512 * effort);
+    HF_TRY(const std::vector<ShadedPoint> points, state_->shaded(state_->chosen(count, 2), progress));
     Shading result;
-    result.references.resize(points->size());
-    const Result<Done> measured = parallel_loop(
-        {points->size()},
-        [&]() -> LoopBody {
-            return [&](std::size_t k) {
-                const ShadedPoint& point = (*points)[k];
-                const ShadedInstance& instance = shading.scene.instances[point.at.instance];
-                const SurfacePoint& at = point.at.point;
-                Reference& reference = result.references[k];
-                reference.point = point.displayed;
-                reference.shaded = displayed(point.radiance(), point.displayed);
-                reference.has_indirect = paths && k < path_points;
-                std::array<Vec3d, 2> direct, indirect;
-                for (std::uint32_t r = 0; r < 2; ++r) {
-                    const std::uint32_t seed = mixed_seed(std::uint32_t(k), r);
-                    direct[r] =
-                        displayed(point.direct, point.displayed) -
-                        displayed(ray_radiance(rays, point.at.instance, at, samples, seed), point.displayed);
-                    if (!reference.has_indirect) continue;
-                    const ShadingPoint seen = shading_point(shading.scene, instance, at);
-                    indirect[r] = displayed(point.indirect, point.displayed) -
-                                  displayed(paths->indirect_radiance(seen.from, seen.brdf, traced, seed),
-                                            point.displayed);
-                }
-                reference.direct_product = direct[0].dot(direct[1]);
-                reference.direct = (direct[0] + direct[1]) * 0.5;
-                if (!reference.has_indirect) return;
-                reference.indirect_product = indirect[0].dot(indirect[1]);
-                reference.mixed_product = direct[0].dot(indirect[1]) + direct[1].dot(indirect[0]);
-                reference.indirect = (indirect[0] + indirect[1]) * 0.5;
-            };
-        },
-        "reference points", progress);
-    if (!measured) return measured.error();
-    Stratum direct{1, {}}, indirect{1, {}}, both{1, {}};
+    HF_TRY(result.references, state_->references(points, accuracy, path_points, progress));
+    WeightedValues direct{1, {}}, indirect{1, {}}, both{1, {}};
     for (const Reference& reference : result.references) {
         direct.values.push_back(reference.direct_product);
         if (!reference.has_indirect) continue;
@@ -223,7 +328,7 @@ Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, c
 Result<SquareEstimate> BakeErrorMeter::steering_error(const DisplayedRadiance& bake,
                                                       const Progress& progress) {
     HF_TRY_DONE(state_->prepare(progress));
-    Stratum stratum{1, {}};
+    WeightedValues stratum{1, {}};
     for (const ShadedPoint& point : state_->steering)
         stratum.values.push_back(square_of(displayed(bake(point.displayed.at).radiance, point.displayed) -
                                            displayed(point.radiance(), point.displayed)));
@@ -234,61 +339,39 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::interpolation_error(const 
                                                                           std::uint32_t seed,
                                                                           std::size_t count,
                                                                           const Progress& progress) {
-    HF_TRY_DONE(state_->prepare(progress));
-    // Octaves of the expected error, from a 64th of the RMS radiance on.
-    constexpr std::size_t octaves = 10;
-    const std::vector<DisplayedPoint>& population = state_->population;
-    std::vector<std::uint8_t> octave(population.size());
-    const double unit = 3 * root(state_->mean_square / 3) / 64;
-    tbb::parallel_for(std::size_t(0), population.size(), [&](std::size_t k) {
-        const DisplayedPoint& point = population[k];
-        const double expected = double(bake(point.at).difference) *
-                                (channel_sum(point.diffuse) + channel_sum(point.specular)) / 6;
-        const double above = unit > 0 ? std::log2(std::max(1e-30, expected / unit)) : 0;
-        octave[k] = std::uint8_t(std::clamp(above + 1, 0.0, double(octaves - 1)));
-    });
-    std::array<std::vector<std::size_t>, octaves> members;
-    for (std::size_t k = 0; k < population.size(); ++k) members[octave[k]].push_back(k);
-    // Neyman: in proportion to the deviation of the squared error, that is to the squared expectation; half
-    // of the points in proportion to size, for errors that nothing foretells.
-    std::array<double, octaves> wanted{};
-    double all = 0;
-    for (std::size_t s = 0; s < octaves; ++s) {
-        wanted[s] = double(members[s].size()) * std::exp2(2 * double(s));
-        all += wanted[s];
+    HF_TRY(const StratifiedPoints points, state_->stratified(bake, seed, count, progress));
+    return state_->interpolation(bake, points);
+}
+
+Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const DisplayedRadiance& bake,
+                                                                     std::uint32_t seed, double accuracy,
+                                                                     const Progress& progress) {
+    constexpr std::size_t count = 8192, referenced = 768, traced = 256;
+    HF_TRY(const StratifiedPoints points, state_->stratified(bake, seed, count, progress));
+    Interpolation result = state_->interpolation(bake, points);
+    // The first points of each stratum: those that are traced come before the others.
+    std::vector<std::size_t> seen(points.weights.size()), chosen, of_all(points.weights.size());
+    for (const std::size_t s : points.stratum) ++of_all[s];
+    const auto share_of = [&](std::size_t s, std::size_t total) {
+        return std::max<std::size_t>(4, of_all[s] * total / count);
+    };
+    std::vector<std::size_t> untraced;
+    for (std::size_t k = 0; k < points.points.size(); ++k) {
+        const std::size_t s = points.stratum[k], before = seen[s]++;
+        if (before < share_of(s, traced))
+            chosen.push_back(k);
+        else if (before < share_of(s, referenced))
+            untraced.push_back(k);
     }
-    std::mt19937 random(mixed_seed(3, seed));
-    std::vector<std::size_t> numbers;
-    std::vector<std::size_t> stratum_of;
-    for (std::size_t s = 0; s < octaves; ++s) {
-        if (members[s].empty()) continue;
-        const double share =
-            0.5 * wanted[s] / all + 0.5 * double(members[s].size()) / double(population.size());
-        const std::size_t points =
-            std::min(members[s].size(), std::max<std::size_t>(16, std::size_t(share * double(count))));
-        for (std::size_t k = 0; k < points; ++k) {
-            std::swap(members[s][k], members[s][k + number_below(random, members[s].size() - k)]);
-            if (!state_->point(members[s][k])) continue;
-            numbers.push_back(members[s][k]);
-            stratum_of.push_back(s);
-        }
-    }
-    const Result<std::vector<ShadedPoint>> points = state_->shaded(numbers, progress);
-    if (!points) return points.error();
-    std::vector<Stratum> strata(octaves);
-    for (std::size_t s = 0; s < octaves; ++s)
-        strata[s].weight = double(members[s].size()) / double(population.size());
-    Interpolation result;
-    result.points = points->size();
-    for (std::size_t k = 0; k < points->size(); ++k) {
-        const ShadedPoint& point = (*points)[k];
-        const double square = square_of(displayed(bake(point.displayed.at).radiance, point.displayed) -
-                                        displayed(point.radiance(), point.displayed));
-        strata[stratum_of[k]].values.push_back(square);
-        const double error = root(square * state_->scale());
-        if (error > result.worst.error) result.worst = {point.displayed, error, true};
-    }
-    result.square = estimate(strata, state_->scale());
+    const std::size_t first_untraced = chosen.size();
+    chosen.insert(chosen.end(), untraced.begin(), untraced.end());
+    std::vector<ShadedPoint> selected;
+    for (const std::size_t k : chosen) selected.push_back(points.points[k]);
+    HF_TRY(const std::vector<Reference> references,
+           state_->references(selected, accuracy, first_untraced, progress));
+    for (const double weight : points.weights) result.strata.push_back({weight, {}});
+    for (std::size_t n = 0; n < chosen.size(); ++n)
+        result.strata[points.stratum[chosen[n]]].references.push_back(references[n]);
     return result;
 }
 
@@ -296,27 +379,36 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
                                 const Shading& shading) const {
     BakeError error;
     error.between = root(between.square.square);
-    error.at_vertices = root(shading.direct.square);
-    error.indirect = root(shading.indirect.square);
     error.points = between.points;
-    error.references = shading.references.size();
     error.worst = between.worst;
-    // What references say, with the products of both summands of the error.
-    Stratum direct{1, {}}, indirect{1, {}};
-    for (const Reference& reference : shading.references) {
-        const Vec3d off = displayed(bake(reference.point.at).radiance, reference.point) - reference.shaded;
-        direct.values.push_back(reference.direct_product + 2 * off.dot(reference.direct));
-        if (reference.has_indirect)
-            indirect.values.push_back(reference.indirect_product + reference.mixed_product +
-                                      2 * off.dot(reference.indirect));
-        const double here = root(square_of(off + reference.direct + reference.indirect) * state_->scale());
-        if (here > error.worst.error) error.worst = {reference.point, here, false};
+    std::vector<Stratum> strata = between.strata;
+    if (strata.empty()) strata.push_back({1, shading.references});
+    std::vector<WeightedValues> direct, indirect, all;
+    for (const Stratum& stratum : strata) {
+        WeightedValues& of_direct = direct.emplace_back(WeightedValues{stratum.weight, {}});
+        WeightedValues& of_indirect = indirect.emplace_back(WeightedValues{stratum.weight, {}});
+        WeightedValues both{stratum.weight, {}};
+        for (const Reference& reference : stratum.references) {
+            of_direct.values.push_back(reference.direct_product);
+            if (reference.has_indirect) {
+                of_indirect.values.push_back(reference.indirect_product);
+                both.values.push_back(reference.indirect_product + reference.mixed_product);
+            }
+            const Vec3d off =
+                displayed(bake(reference.point.at).radiance, reference.point) - reference.shaded;
+            const double here =
+                root(square_of(off + reference.direct + reference.indirect) * state_->scale());
+            if (here > error.worst.error) error.worst = {reference.point, here, false};
+        }
+        all.push_back(of_direct);
+        all.push_back(std::move(both));
+        error.references += stratum.references.size();
     }
-    const SquareEstimate others = estimate({direct, indirect}, state_->scale());
-    // Too few references have large errors to show that both summands cancel by more than a half.
-    const auto sum = [](double square, double other) {
-        return root(square + std::max(other, -0.5 * square));
-    };
+    error.at_vertices = root(estimate(direct, state_->scale()).square);
+    error.indirect = root(estimate(indirect, state_->scale()).square);
+    const SquareEstimate others = estimate(all, state_->scale());
+    // Noise makes the mean square of a small error negative.
+    const auto sum = [](double square, double other) { return root(square + std::max(other, 0.0)); };
     error.total = sum(between.square.square, others.square);
     std::vector<double> totals;
     for (std::size_t k = 0; k < between.square.resampled.size(); ++k)

@@ -16,6 +16,9 @@ constexpr double margin = 0.95;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.6;
 constexpr int most_directions = 2048;
+/// Faces are larger while the error of direct light exceeds this share of the target.
+constexpr double largest_direct_share = 0.5;
+constexpr std::size_t face_size_points = 192;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
@@ -66,23 +69,20 @@ public:
            const BakeErrorMeter::Shading& measured)
         : shading_(shading), target_(target), meter_(meter), measured_(measured) {}
 
-    Result<Done> operator()(std::vector<RadiantMesh> start, TargetBake& bake, const Progress& progress) {
-        MeshRefiner refiner(
-            shading_,
-            {static_cast<float>(tolerated_share * target_.error), target_.vertex_budget, target_.by_view},
-            std::move(start));
+    Result<Done> operator()(std::vector<RadiantMesh> start, VertexMask visible, TargetBake& bake,
+                            const Progress& progress) {
+        MeshRefiner refiner(shading_,
+                            {static_cast<float>(tolerated_share * target_.error), target_.vertex_budget,
+                             target_.by_view, true},
+                            std::move(start), std::move(visible));
         for (bool can_refine = true;;) {
-            const Result<bool> done = is_done(refiner, progress);
-            if (!done) return done.error();
-            if (*done || !can_refine) break;
-            const Result<bool> split = refiner.step(progress);
-            if (!split) return split.error();
-            can_refine = *split;
+            HF_TRY(const bool done, is_done(refiner, progress));
+            if (done || !can_refine) break;
+            HF_TRY(can_refine, refiner.step(progress));
         }
-        const Result<BakeErrorMeter::Interpolation> between =
-            meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress);
-        if (!between) return between.error();
-        bake.error = meter_.error(shown(refiner), *between, measured_);
+        HF_TRY(const BakeErrorMeter::Interpolation between,
+               meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
+        bake.error = meter_.error(shown(refiner), between, measured_);
         bake.fitted = fitted_.has_value();
         bake.end = end(bake.error, refiner);
         Refinement refined = std::move(refiner).finished();
@@ -103,30 +103,27 @@ private:
     /// Measures the current meshes, and chooses between sampled and fitted colours.
     Result<bool> is_done(const MeshRefiner& refiner, const Progress& progress) {
         fitted_.reset();
-        Result<SquareEstimate> error = meter_.steering_error(shown(refiner), progress);
-        if (!error) return error.error();
+        HF_TRY(SquareEstimate error, meter_.steering_error(shown(refiner), progress));
         // Fitted colours reduce the error to less than a half.
-        if (root(error->square) > 3 * target_.error) return false;
+        if (root(error.square) > 3 * target_.error) return false;
         fitted_ = refiner.fitted();
-        const Result<SquareEstimate> by_fit = meter_.steering_error(shown(refiner), progress);
-        if (!by_fit) return by_fit.error();
-        if (by_fit->square < error->square)
+        HF_TRY(const SquareEstimate by_fit, meter_.steering_error(shown(refiner), progress));
+        if (by_fit.square < error.square)
             error = by_fit;
         else
             fitted_.reset();
-        if (!is_enough(refiner, *error)) return false;
-        const Result<BakeErrorMeter::Interpolation> between =
-            meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress);
-        if (!between) return between.error();
-        SquareEstimate upper = between->square;
-        upper.square = upper_end(between->square) * upper_end(between->square);
+        if (!is_enough(refiner, error)) return false;
+        HF_TRY(const BakeErrorMeter::Interpolation between,
+               meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress));
+        SquareEstimate upper = between.square;
+        upper.square = upper_end(between.square) * upper_end(between.square);
         return is_enough(refiner, upper);
     }
 
     /// True if the whole error reaches the target with this error of interpolation, or if the shading misses
     /// it and interpolation adds little.
     bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between) const {
-        const double total = meter_.error(shown(refiner), {between, {}, 0}, measured_).total;
+        const double total = meter_.error(shown(refiner), {between, {}, 0, {}}, measured_).total;
         return total <= margin * target_.error || (root(measured_.all.square) > margin * target_.error &&
                                                    root(between.square) <= least_share * target_.error);
     }
@@ -161,32 +158,73 @@ std::vector<RadiantMesh> radiant_fine_meshes(const ShadedScene& scene, SceneRadi
     return meshes;
 }
 
+/// Returns for each vertex of the fine meshes whether one of its triangles contains a displayed point.
+VertexMask displayed_vertices(const ShadedScene& scene, std::span<const DisplayedPoint> population) {
+    VertexMask result;
+    for (const ShadedInstance& instance : scene.instances)
+        result.emplace_back(scene.entities[instance.entity].mesh->positions.size());
+    for (const DisplayedPoint& point : population) {
+        const Mesh& mesh = *scene.entities[scene.instances[point.at.instance].entity].mesh;
+        for (const std::uint32_t v : mesh.triangles[point.at.triangle]) result[point.at.instance][v] = true;
+    }
+    return result;
+}
+
+/// A scene prepared for faces of another size than that of the settings.
+struct SceneAtFaceSize {
+    ShadingGeometry geometry;
+    SceneLight light;
+};
+
+/// Chooses the smallest face size whose direct light is accurate enough, and sets it in the settings. None:
+/// the size that they have.
+Result<std::optional<SceneAtFaceSize>> chosen_face_size(const PointShading& direct, const ErrorTarget& target,
+                                                        const std::vector<DisplayedPoint>& population,
+                                                        RenderSettings& settings, const Progress& progress) {
+    const int largest = settings.face_size;
+    if (target.least_face_size <= 0) return std::optional<SceneAtFaceSize>();
+    for (settings.face_size = target.least_face_size; settings.face_size < largest; settings.face_size *= 2) {
+        HF_TRY(ShadingGeometry geometry, shading_geometry(direct.scene, settings, progress));
+        std::optional<SceneAtFaceSize> found(
+            {std::move(geometry), scene_light(direct.scene, settings, progress.stop)});
+        BakeErrorMeter meter({direct.scene, found->geometry, found->light, settings}, population);
+        HF_TRY(const BakeErrorMeter::Shading measured,
+               meter.shading_error(target.error, progress, face_size_points));
+        if (root(measured.direct.square) <= largest_direct_share * target.error) return found;
+    }
+    settings.face_size = largest;
+    return std::optional<SceneAtFaceSize>();
+}
+
 }  // namespace
 
 Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
                                std::vector<DisplayedPoint> population, const Progress& progress) {
-    Result<SceneRadiance> radiance = scene_radiance(direct, progress);
-    if (!radiance) return radiance.error();
     TargetBake bake;
     RenderSettings settings = direct.settings;
+    HF_TRY(const std::optional<SceneAtFaceSize> coarser,
+           chosen_face_size(direct, target, population, settings, progress));
     const auto lit = [&]() -> PointShading {
-        return {direct.scene, direct.geometry, direct.light,
-                settings,     nullptr,         bake.indirect ? &*bake.indirect : nullptr};
+        return {direct.scene,
+                coarser ? coarser->geometry : direct.geometry,
+                coarser ? coarser->light : direct.light,
+                settings,
+                nullptr,
+                bake.indirect ? &*bake.indirect : nullptr};
     };
+    bake.face_size = settings.face_size;
+    HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
     std::optional<BakeErrorMeter> meter;
-    Result<BakeErrorMeter::Shading> measured = BakeErrorMeter::Shading{};
+    BakeErrorMeter::Shading measured;
     for (double before = std::numeric_limits<double>::infinity();;) {
         if (settings.bounces.most > 0) {
-            const PointShading unlit{direct.scene, direct.geometry, direct.light, settings};
-            Result<IndirectLight> found = scene_indirect_light(unlit, *radiance, progress);
-            if (!found) return found.error();
-            bake.indirect = std::move(*found);
+            bake.indirect.reset();
+            HF_TRY(bake.indirect, scene_indirect_light(lit(), radiance, progress));
             bake.directions = settings.bounces.directions;
         }
         meter.emplace(lit(), population);
-        measured = meter->shading_error(target.error, progress);
-        if (!measured) return measured.error();
-        const double error = root(measured->indirect.square);
+        HF_TRY(measured, meter->shading_error(target.error, progress));
+        const double error = root(measured.indirect.square);
         // More directions remove noise alone.
         if (error <= largest_indirect_share * target.error || error > 0.8 * before ||
             settings.bounces.directions * 4 > most_directions)
@@ -195,9 +233,10 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
         settings.bounces.directions *= 4;
     }
     const PointShading shading = lit();
-    if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, *radiance, progress));
-    HF_TRY_DONE(Search(shading, target, *meter, *measured)(
-        radiant_fine_meshes(direct.scene, std::move(*radiance)), bake, progress));
+    if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
+    HF_TRY_DONE(Search(shading, target, *meter, measured)(
+        radiant_fine_meshes(direct.scene, std::move(radiance)), displayed_vertices(direct.scene, population),
+        bake, progress));
     return bake;
 }
 
@@ -216,11 +255,9 @@ Result<BakeError> vertex_bake_error(const PointShading& shading, const SceneRadi
         }
         return {interpolated(values, corners, at.weights()), difference / 4};
     };
-    const Result<BakeErrorMeter::Interpolation> between = meter.interpolation_error(bake, 0, 2048, progress);
-    if (!between) return between.error();
-    const Result<BakeErrorMeter::Shading> measured = meter.shading_error(accuracy, progress);
-    if (!measured) return measured.error();
-    return meter.error(bake, *between, *measured);
+    HF_TRY(const BakeErrorMeter::Interpolation between, meter.reported_error(bake, 0, accuracy, progress));
+    HF_TRY(const BakeErrorMeter::Shading measured, meter.shading_error(accuracy, progress));
+    return meter.error(bake, between, measured);
 }
 
 }  // namespace haarfield

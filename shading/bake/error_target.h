@@ -10,6 +10,9 @@ struct ErrorTarget {
     double error = 0.01;                                             ///< BakeError::total.
     std::size_t vertex_budget = RefinementSettings().vertex_budget;  ///< Over all instances.
     bool by_view = true;                                             ///< RefinementSettings::by_view.
+    /// The smallest RenderSettings::face_size that the search may choose; 0: that of the settings. Scenes
+    /// with fields need the size of their fields.
+    int least_face_size = 0;
 };
 
 /// The reason for which a search ended.
@@ -29,17 +32,19 @@ struct TargetBake {
     SearchEnd end = SearchEnd::reached;
     bool fitted = false;  ///< True: colours are fitted; false: they are the radiance at the vertices.
     int directions = 0;   ///< BounceSettings::directions; 0 without bounces.
+    int face_size = 0;    ///< RenderSettings::face_size.
     int rounds = 0;       ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
 };
 
 /// Bakes a scene to a target error with few vertices.
 ///
-/// The search starts with the fine meshes of the entities. First, it measures the shading itself, and
-/// repeats indirect light with four times as many directions while that is the larger part of the error. It
-/// then refines the meshes in steps, measures interpolation after each, with sampled and with fitted colours,
-/// and stops as soon as the upper end of the 90 % interval is below what the shading leaves of the target.
-/// Other points measure the reported error.
+/// The search starts with the fine meshes of the entities. First, it measures direct light at a few points
+/// with increasing face sizes, up to that of the settings, until its error is below half of the target. It
+/// measures the shading as a whole, and repeats indirect light with four times as many directions while that
+/// is the larger part of the error. It then refines the meshes in steps, measures interpolation after each,
+/// with sampled and with fitted colours, and stops as soon as the upper end of the 90 % interval is below
+/// what the shading leaves of the target. Other points measure the reported error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.

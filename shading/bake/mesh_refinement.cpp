@@ -14,6 +14,8 @@ namespace haarfield {
 namespace {
 
 constexpr float not_shaded = -1;
+/// The weight of errors that are not in the picture.
+constexpr double hidden_share = 0.25;
 
 float channel_sum(const Outgoing& radiance) {
     const Rgb c = radiance.total();
@@ -27,7 +29,9 @@ float difference(const Outgoing& of, const Outgoing& from) {
 
 /// The shaded middle of an edge, on all its sides.
 struct Middle {
-    float error = not_shaded;        ///< The largest error of all sides.
+    float error = not_shaded;  ///< The largest error of all sides.
+    /// Before it is shaded: the largest error in the triangles that were split to make this edge.
+    float expected = std::numeric_limits<float>::infinity();
     float difference = 0;            ///< The largest difference of all sides, not relative.
     std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides.
     LocalSamples samples;            ///< By EdgeBisection::sides.
@@ -38,7 +42,8 @@ struct RefinedInstance {
     EdgeBisection bisection;
     std::vector<Outgoing> radiance;
     LocalSamples samples;
-    std::vector<Middle> middles;  ///< By edge.
+    std::vector<std::uint8_t> visible;  ///< By vertex: false if it is not in the picture.
+    std::vector<Middle> middles;        ///< By edge.
     float scale;
     double shortest;  ///< Edges below twice this length are not split, in the entity's frame. [m]
 
@@ -65,14 +70,20 @@ struct InstanceEdge {
 }  // namespace
 
 struct MeshRefiner::State {
-    State(const PointShading& shading, const RefinementSettings& wanted, std::vector<RadiantMesh> start)
+    State(const PointShading& shading, const RefinementSettings& wanted, std::vector<RadiantMesh> start,
+          VertexMask visible)
         : shading_(shading), wanted_(wanted), solids_(shading.scene) {
-        begin(std::move(start));
+        begin(std::move(start), std::move(visible));
     }
 
     Result<bool> step(const Progress& progress) {
         HF_TRY_DONE(shade_middles(new_candidates(), progress));
-        const std::vector<InstanceEdge> splits = best_splits();
+        std::vector<InstanceEdge> splits = best_splits();
+        if (splits.empty() && !budget_used_up_) {
+            least_gain_ = 0;
+            HF_TRY_DONE(shade_middles(new_candidates(), progress));
+            splits = best_splits();
+        }
         // Shades the longer edges that must be split before the chosen ones.
         HF_TRY_DONE(shade_middles(unshaded(splits), progress));
         split(splits);
@@ -137,16 +148,18 @@ struct MeshRefiner::State {
         return point_radiance(shading_, points, silent);
     }
 
-    void begin(std::vector<RadiantMesh> start) {
+    void begin(std::vector<RadiantMesh> start, VertexMask visible) {
         double sum = 0;
         for (std::size_t i = 0; i < start.size(); ++i) {
             const ShadedInstance& instance = shading_.scene.instances[i];
             const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds().radius();
             for (const Outgoing& value : start[i].radiance) sum += channel_sum(value);
             vertices_ += start[i].radiance.size();
+            if (visible.size() <= i) visible.emplace_back(start[i].radiance.size(), true);
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
                                   std::move(start[i].radiance),
                                   std::move(start[i].samples),
+                                  std::move(visible[i]),
                                   {},
                                   instance.placement.scale,
                                   5e-4 * double(radius)});
@@ -158,9 +171,13 @@ struct MeshRefiner::State {
     /// Returns the priority of a split: the error times the edge's length in the world [m], or as viewed from
     /// the eye.
     double gain(std::size_t i, std::uint32_t edge) const {
+        return gain_of(i, edge, instances_[i].middles[edge].error);
+    }
+
+    double gain_of(std::size_t i, std::uint32_t edge, float error) const {
         const RefinedInstance& instance = instances_[i];
-        const double gain =
-            double(instance.middles[edge].error) * instance.length(edge) * double(instance.scale);
+        const double gain = double(error) * instance.length(edge) * double(instance.scale) *
+                            (is_visible(instance, edge) ? 1 : hidden_share);
         if (!wanted_.by_view) return gain;
         const Vec3f middle =
             shading_.scene.instances[i].placement.point_to_world(instance.bisection.middle(edge));
@@ -168,9 +185,16 @@ struct MeshRefiner::State {
         return gain / std::max(distance, instance.length(edge) * double(instance.scale));
     }
 
+    /// True if both ends of an edge are in the picture, on any side.
+    static bool is_visible(const RefinedInstance& instance, std::uint32_t edge) {
+        return std::ranges::any_of(instance.bisection.sides(edge), [&](const EdgeBisection::Side& side) {
+            return instance.visible[side.low] && instance.visible[side.high];
+        });
+    }
+
     /// The error of a value that was found between two others, whose mean would be taken for it.
     float error(const Outgoing& found, const Outgoing& interpolated) const {
-        const float size = channel_sum(interpolated) + mean_;
+        const float size = (wanted_.is_absolute ? 0 : channel_sum(interpolated)) + mean_;
         return size > 0 ? difference(found, interpolated) / size : 0;
     }
 
@@ -188,8 +212,11 @@ struct MeshRefiner::State {
                     if (instance.is_shaded(edge) || is_candidate[edge]) continue;
                     const Outgoing& a = instance.radiance[mesh.triangles[t][k]];
                     const Outgoing& b = instance.radiance[mesh.triangles[t][(k + 1) % 3]];
+                    const float across = error(a, b);
                     is_candidate[edge] =
-                        (edge == longest || error(a, b) > wanted_.tolerance) && instance.can_be_split(edge);
+                        (edge == longest || across > wanted_.tolerance) && instance.can_be_split(edge) &&
+                        gain_of(i, edge, std::max(instance.middles[edge].expected, across / 2)) >=
+                            least_gain_;
                     if (is_candidate[edge]) candidates.push_back({i, edge});
                 }
             }
@@ -210,7 +237,7 @@ struct MeshRefiner::State {
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
             const auto [i, edge] = edges[n];
-            const auto& [bisection, radiance, samples, ignored, scale, shortest] = instances_[i];
+            const auto& [bisection, radiance, samples, visible, ignored, scale, shortest] = instances_[i];
             const EntityOcclusion& occlusion =
                 *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
             for (const EdgeBisection::Side& side : bisection.sides(edge)) {
@@ -259,6 +286,9 @@ struct MeshRefiner::State {
         std::vector<std::size_t> order;
         for (std::size_t n = 0; n < beyond.size(); ++n)
             if (gains[n] >= 0.5 * largest) order.push_back(n);
+        // The errors of parts are rarely larger than those of the whole, and the next round splits edges with
+        // half of the present gain.
+        least_gain_ = largest / 4;
         std::ranges::stable_sort(order, std::greater(), [&](std::size_t n) { return gains[n]; });
 
         std::vector<std::vector<bool>> is_chosen;
@@ -301,10 +331,19 @@ struct MeshRefiner::State {
         });
         for (const auto [i, edge] : edges) {
             RefinedInstance& instance = instances_[i];
+            std::vector<std::uint8_t> are_visible;
+            for (const EdgeBisection::Side& side : instance.bisection.sides(edge))
+                are_visible.push_back(instance.visible[side.low] && instance.visible[side.high]);
+            float expected = 0;
+            for (const std::uint32_t t : instance.bisection.edges()[edge].triangles)
+                for (const std::uint32_t e : instance.bisection.edges_of(t))
+                    expected = std::max(expected, instance.is_shaded(e) ? instance.middles[e].error
+                                                                        : instance.middles[e].expected);
             if (!instance.bisection.split(edge)) {
                 instance.middles[edge].error = 0;  // cannot be split further
                 continue;
             }
+            const std::size_t before = instance.middles.size();
             const Middle middle = std::exchange(instance.middles[edge], {});
             const auto append = [](auto& to, const auto& from) {
                 to.insert(to.end(), from.begin(), from.end());
@@ -312,12 +351,16 @@ struct MeshRefiner::State {
             append(instance.radiance, middle.radiance);
             append(instance.samples.points, middle.samples.points);
             append(instance.samples.buried, middle.samples.buried);
+            append(instance.visible, are_visible);
             instance.middles.resize(instance.bisection.edges().size());
+            instance.middles[edge].expected = expected;
+            for (std::size_t e = before; e < instance.middles.size(); ++e)
+                instance.middles[e].expected = expected;
             vertices_ += middle.radiance.size();
         }
     }
 
-    /// Nearer neighbours of buried vertices may have been added.
+    /// Fills the buried vertices again, because splits may have added nearer neighbours.
     void fill_buried() {
         tbb::parallel_for(std::size_t{0}, instances_.size(), [&](std::size_t i) {
             RefinedInstance& instance = instances_[i];
@@ -331,13 +374,14 @@ struct MeshRefiner::State {
     std::vector<RefinedInstance> instances_;
     std::size_t vertices_ = 0;
     bool budget_used_up_ = false;
-    float mean_ = 0;  ///< Radiance of the vertices at the start, added over the channels.
+    double least_gain_ = 0;  ///< Middles with a smaller expected gain are not shaded yet.
+    float mean_ = 0;         ///< Radiance of the vertices at the start, added over the channels.
     Refinement result_;
 };
 
 MeshRefiner::MeshRefiner(const PointShading& shading, const RefinementSettings& settings,
-                         std::vector<RadiantMesh> start)
-    : state_(std::make_unique<State>(shading, settings, std::move(start))) {}
+                         std::vector<RadiantMesh> start, VertexMask visible)
+    : state_(std::make_unique<State>(shading, settings, std::move(start), std::move(visible))) {}
 MeshRefiner::~MeshRefiner() = default;
 
 Result<bool> MeshRefiner::step(const Progress& progress) {

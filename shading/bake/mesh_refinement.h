@@ -5,6 +5,7 @@
 
 #include "shading/bake/mesh_point.h"
 #include "shading/bake/radiant_mesh.h"
+#include "shading/scene/vertex_loop.h"
 
 namespace haarfield {
 
@@ -21,6 +22,8 @@ struct RefinementSettings {
     std::size_t vertex_budget = 60000;  ///< Over all instances.
     /// True: edges that look large from the eye are split first. False: edges that are long in the world.
     bool by_view = false;
+    /// True: `tolerance` is relative to the scene's mean radiance alone, as an RMSE weighs errors.
+    bool is_absolute = false;
 };
 
 /// Refined meshes, and statistics of the refinement.
@@ -34,10 +37,10 @@ struct Refinement {
 /// A refinement in steps, which the caller may end at any time.
 ///
 /// Each step shades the middles of all edges that are the longest of a triangle, or whose ends differ by more
-/// than the tolerance. It then splits edges beyond the tolerance in descending order of error times length,
-/// down to half of the largest. A triangle is always divided across its longest edge first, so that angles
-/// stay above half of the smallest angle in `start`. There are no T-junctions. Edges below a thousandth of
-/// the entity's radius are not split.
+/// than the tolerance, unless the errors around them were too small to be split soon. It then splits edges
+/// beyond the tolerance in descending order of error times length, down to half of the largest. A triangle is
+/// always divided across its longest edge first, so that angles stay above half of the smallest angle in
+/// `start`. There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
 ///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.
@@ -47,8 +50,10 @@ class MeshRefiner {
 public:
     /// shading  must outlive the refiner.
     /// start    by instance, from mesh_radiance. Unchanged if it has more vertices than the budget.
+    /// visible  by instance and vertex of `start`: 0 if no triangle of the vertex is in the picture. Edges
+    ///          that are not in the picture may have errors four times as large. Empty: all are.
     MeshRefiner(const PointShading& shading, const RefinementSettings& settings,
-                std::vector<RadiantMesh> start);
+                std::vector<RadiantMesh> start, VertexMask visible = {});
     ~MeshRefiner();
 
     /// Returns false if no edge was split: all errors are within the tolerance, the budget is used up, or all

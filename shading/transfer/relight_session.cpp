@@ -482,6 +482,23 @@ Result<Done> RelightSession::commit(const Progress& progress) {
     return Done{};
 }
 
+Result<BakeError> RelightSession::error(const SceneRadiance& shown, std::vector<DisplayedPoint> population,
+                                        double accuracy, const Progress& progress) {
+    inputs_.scene.environment = rotated_environment(progress.stop);
+    const SceneLight light = scene_light(scene(), scene().environment, inputs_.settings, progress.stop);
+    HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
+    if (progress.stop.stop_requested()) return interruption();
+    PointShading shading{scene(), *geometry, light, inputs_.settings};
+    std::optional<IndirectLight> indirect;
+    if (inputs_.settings.bounces.most > 0) {
+        HF_TRY(shading.visibility, cached_visibility(progress));
+        HF_TRY(const SceneRadiance direct, scene_radiance(shading, progress));
+        HF_TRY(indirect, indirect_at_rest(direct, light, progress));
+        shading.indirect = &*indirect;
+    }
+    return vertex_bake_error(shading, shown, std::move(population), accuracy, progress);
+}
+
 void RelightSession::keep(SceneColours radiance) {
     radiance_.resize(radiance.size());
     for (std::size_t i = 0; i < radiance.size(); ++i)

@@ -19,6 +19,7 @@
 #include <variant>
 
 #include "shading/bake/bounced_radiance.h"
+#include "shading/bake/error_target.h"
 #include "shading/scene/turned_light.h"
 #include "shading/transfer/lamp_frames.h"
 #include "shading/transfer/light_transfer.h"
@@ -133,6 +134,15 @@ public:
     ///
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
+
+    /// Measures the error of radiance at the vertices, such as that of the last frame, for the environment
+    /// and the scene as they are now; see vertex_bake_error.
+    ///
+    /// shown   by instance and vertex.
+    /// cost    that of vertex_bake_error, and that of a commit if there are bounces.
+    /// errors  interrupted.
+    Result<BakeError> error(const SceneRadiance& shown, std::vector<DisplayedPoint> population,
+                            double accuracy, const Progress& progress = {});
 
     /// True if the last frame lacks indirect light in specular reflections, because the eye has moved.
     bool lacks_reflections() const { return lacks_reflections_; }

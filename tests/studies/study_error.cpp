@@ -42,8 +42,8 @@ Vec3d displayed(const Outgoing& radiance, const DisplayedPoint& point) {
 /// Returns the truth at pixels of the picture, by rays and paths. They share no points with a search.
 std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedScene& shaded,
                                    const Camera& camera, const RenderSettings& settings, std::size_t wanted) {
-    const auto pixels = Preview().points(camera, preview_instances(shaded));
-    const std::vector<DisplayedPoint> all = displayed_points(entities, pixels);
+    const auto pixels = Preview().points(camera, preview_instances(entities, shaded));
+    const std::vector<DisplayedPoint> all = displayed_points(entities, shaded, pixels);
     const RayScene rays(shaded);
     const FineSurface surface(shaded);
     const PathTracer paths(shaded, surface, rays.rays, settings.sources);
@@ -147,7 +147,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         const SceneEntities& entities = bake.error ? searched : own;
         const ShadedScene lit = shaded_scene(scene, entities, light.environment);
         const double before = processor_seconds();
-        const auto pixels = bake.error ? Preview().points(scene.camera, preview_instances(lit))
+        const auto pixels = bake.error ? Preview().points(scene.camera, preview_instances(entities, lit))
                                        : std::vector<std::optional<MeshPoint>>();
         const BakedScene baked =
             value_or_exit(baked_scene(scene, entities, lit, settings, bake, {}, nullptr, pixels));

@@ -264,7 +264,7 @@ class PageTest(unittest.TestCase):
     def test_the_status_counts_objects_that_have_not_arrived(self):
         status = "const pill = document.getElementById('exactness'); return [pill.textContent, pill.className];"
         text, kind = self.page.js(status)
-        self.assertRegex(text, r"as baked · [\d,]+ vertices")
+        self.assertRegex(text, r"(exact at vertices|error [\d.]+ %) · [\d,]+ vertices")
         self.assertEqual(kind, "pill exact")
         shown = self.page.js(
             "const {stage} = haarfield, chair = [...stage.objects.values()].at(-1), mesh = chair.children[0];"

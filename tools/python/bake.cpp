@@ -82,7 +82,7 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
             shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
         std::vector<std::optional<MeshPoint>> pixels;
         if (choices.bake.error && !choices.bake.everywhere)
-            pixels = Preview().points(prepared.scene.camera, preview_instances(shaded));
+            pixels = Preview().points(prepared.scene.camera, preview_instances(*prepared.entities, shaded));
         Result<BakedScene> baked = baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading,
                                                choices.bake, watched, nullptr, pixels);
         made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -223,6 +223,13 @@ Result<Done> LiveScene::commit(const Design& design, const Progress& progress) {
     return Done{};
 }
 
+Result<BakeError> LiveScene::error(const Design& design, const Camera& window, Preview& preview,
+                                   const Progress& progress) {
+    bring(design, {});
+    session_->both(&RelightSession::set_occlusion, settings_.occlusion);
+    return session_->error(*entities_, window, preview, progress);
+}
+
 bool LiveScene::commits_fast(const Design& design) const {
     if (!committed_) return false;
     const DesignDifference found = difference(*committed_, design);

@@ -70,6 +70,13 @@ public:
     /// Shades in full. The result is that of `bake` for the design's file.
     Result<Done> commit(const Design& design, const Progress& progress);
 
+    /// Measures the error of the colours of the last commit, over the pixels of a camera.
+    ///
+    /// design  that of the last commit, apart from its camera and exposure.
+    /// errors  interrupted.
+    Result<BakeError> error(const Design& design, const Camera& window, Preview& preview,
+                            const Progress& progress);
+
     /// True if a commit finds cached visibility: no object has moved since the last commit.
     bool commits_fast(const Design& design) const;
 

@@ -169,6 +169,17 @@ void ViewSession::tell_rest() {
     audience_.tell_all(message_text({{"type", "rest"}, {"message", last_message_}, {"frame", frame_}}));
 }
 
+void ViewSession::tell_error(PageId page) const {
+    nlohmann::json message{{"type", "measured"}, {"frame", frame_}, {"error", nullptr}};
+    if (error_->points > 0) {
+        message["error"] = error_->total;
+        message["low"] = error_->low;
+        message["high"] = error_->high;
+        message["between_vertices"] = error_->between;
+    }
+    audience_.tell(page, message_text(message));
+}
+
 Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {
     HF_TRY(const SavedScene saved, file_.save(history_.now().scene, save.name.value_or("")));
     saved_ = history_.now().scene;

@@ -47,6 +47,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
                 tell_scene(arrival.page);
                 tell_left_scene(arrival.page);
                 if (last_frame_) audience_.show(arrival.page, last_frame_);
+                if (error_) tell_error(arrival.page);
                 sent_still_ = {};
                 if (pages_.size() > 1) break;
                 last_message_ = 0;  // the new page starts counting
@@ -219,6 +220,7 @@ Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& m
 
 Result<Done> ViewSession::take_look(const SetView& look, const Message& message) {
     window_ = look.camera;
+    error_.reset();
     has_stepped_ = false;
     const Camera& now = history_.now().scene.camera;
     const bool has_moved = !is_same_place(look.camera.position, now.position, look.camera);
@@ -235,6 +237,7 @@ Result<Done> ViewSession::take_look(const SetView& look, const Message& message)
 void ViewSession::look_as_designed() {
     const Camera& camera = history_.now().scene.camera;
     if (window_.position == camera.position && window_.target == camera.target) return;
+    error_.reset();
     window_.position = camera.position;
     window_.target = camera.target;
     has_stepped_ = true;

@@ -15,6 +15,7 @@ struct ViewJob {
         recommit,  ///< Exact, if that is as fast because nothing has moved.
         commit,    ///< Exact, when edits pause.
         likely,    ///< Computes vectors for the likely next edit.
+        measure,   ///< Measures the error of exact colours.
     };
     For what = For::nothing;
     Variation variation;  ///< Of frames and vectors.

@@ -181,8 +181,9 @@ ViewJob ViewSession::next_job() const {
     Variation next = likely_;
     if (next.of == Variation::Of::object && !place_of(now, next.object)) next = {Variation::Of::light, 0};
     if (next.of == Variation::Of::eye && !has_specular_) next = {Variation::Of::light, 0};
-    if (pause >= idle && !live_.follows(now, next)) return {What::likely, next};
-    return {};
+    if (pause < idle) return {};
+    if (!live_.follows(now, next)) return {What::likely, next};
+    return error_ ? ViewJob{} : ViewJob{What::measure, {}};
 }
 
 Result<Done> ViewSession::guarded_work(const ViewJob& job, const Progress& progress) {
@@ -203,6 +204,7 @@ Result<Done> ViewSession::work(const ViewJob& job, const Progress& stop) {
         return progress;
     };
     const auto shown_as = [&](Exactness exactness) {
+        error_.reset();
         shown_ = now;
         exactness_ = exactness;
         show_colours(exactness);
@@ -213,8 +215,11 @@ Result<Done> ViewSession::work(const ViewJob& job, const Progress& stop) {
         case ViewJob::For::nothing: return Done{};
         case ViewJob::For::frame: {
             if (job.variation.of == Variation::Of::nothing) {
+                const std::optional<BakeError> error = error_;  // exposure does not change it
                 live_.expose(now);
-                return shown_as(exactness_);
+                shown_as(exactness_);
+                error_ = error;
+                return Done{};
             }
             HF_TRY_DONE(live_.show(now, window_, FrameQuality::moving, stop));
             return shown_as(Exactness::moving);
@@ -237,6 +242,12 @@ Result<Done> ViewSession::work(const ViewJob& job, const Progress& stop) {
             const Result<Done> done = live_.vary(now, job.variation, with_report("ahead"));
             if (done) tell_work("", "", 1);
             return done;
+        }
+        case ViewJob::For::measure: {
+            HF_TRY(error_, live_.error(now, window_, preview_, with_report("measuring")));
+            for (const PageId page : pages_) tell_error(page);
+            tell_work("", "", 1);
+            return Done{};
         }
     }
     return Done{};

@@ -106,6 +106,8 @@ private:
     bool is_shown(bool with_exposure = true) const;
     void tell_trouble(const Error& error);
     void tell_rest();
+    /// Sends the measured error to a page.
+    void tell_error(PageId page) const;
 
     void tell_scene(PageId page) const;
     void tell_state();
@@ -132,7 +134,8 @@ private:
     Variation likely_{Variation::Of::light, 0};  ///< The likely variation of the next gesture.
     std::optional<Design> shown_;                ///< The design that the displayed colours belong to.
     Exactness exactness_ = Exactness::moving;
-    std::optional<Design> told_;  ///< The state that the pages have.
+    std::optional<BakeError> error_;  ///< Of exact colours in the window, once it is measured.
+    std::optional<Design> told_;      ///< The state that the pages have.
     bool sent_undo_ = false, sent_redo_ = false;
     /// The design's camera differs from the last one that the steering page sent.
     bool has_stepped_ = false;

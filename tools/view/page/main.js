@@ -10,10 +10,14 @@ const words = {
   orbiting: ['transfer vectors, no indirect light in reflections', 'While the camera moves, specular reflections show ' +
     'direct light only. Indirect light in them follows when the camera rests.'],
   quick: ['shaded by fields', 'Occlusion by other objects is interpolated from visibility fields.'],
-  exact: ['as baked', 'Every vertex has the colour that `haarfield bake` computes for it. ' +
-    'Colours are interpolated between vertices, so shadow edges are only as sharp as the mesh allows.'],
+  exact: ['exact at vertices', 'Every vertex has its exact colour. ' +
+    'Colours are interpolated between vertices, so shadow edges are only as sharp as the mesh allows. ' +
+    'A bake adds vertices until its error is small.'],
 };
-const jobs = { vectors: 'vectors', shading: 'shading', exact: 'computing exact colours', ahead: 'preparing' };
+const jobs = { vectors: 'vectors', shading: 'shading', exact: 'computing exact colours', ahead: 'preparing',
+  measuring: 'measuring the error' };
+
+const percent = (share) => `${(100 * share).toPrecision(2)} %`;
 
 let steers = false;
 let gesture = 0;
@@ -44,6 +48,7 @@ const connection = new Connection({
     stats.last = frame;
     ++stats.frames;
     if (frame.exactness === 'exact') ++stats.exact;
+    else stats.measured = null;
     const took = frame.message ? connection.since(frame.message) : undefined;
     if (took !== undefined && frame.exactness === 'moving') {
       stats.applied.push(took);
@@ -62,9 +67,14 @@ function showStatus() {
     ? words[known]
     : [`loading ${missing} of ${stage.objects.size} objects`, 'Meshes and colours are being loaded.'];
   element('exactness').className = 'pill ' + (isComplete ? stats.last.exactness : 'moving');
-  element('exactness').textContent = isComplete ? `${text} · ${stage.vertices().toLocaleString('en')} vertices` : text;
-  element('exactness').title = title;
+  const measured = known === 'exact' && stats.measured?.error != null ? stats.measured : null;
+  const error = measured ? `error ${percent(measured.error)}` : text;
+  element('exactness').textContent = isComplete ? `${error} · ${stage.vertices().toLocaleString('en')} vertices` : text;
+  const details = measured && `Relative error of this view, against rays: ${percent(measured.low)} to ` +
+    `${percent(measured.high)} with 90 % confidence, of which ${percent(measured.between_vertices)} between vertices. `;
+  element('exactness').title = (details ?? '') + title;
 }
+
 
 let waiting = 0; // the frame that is displayed with the next picture
 
@@ -182,6 +192,10 @@ const receivers = {
   },
   rest(message) {
     stats.rest = message;
+  },
+  measured(message) {
+    stats.measured = message;
+    showStatus();
   },
   autosave({ file }) {
     stats.autosave = file;
