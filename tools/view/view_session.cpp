@@ -123,12 +123,12 @@ void ViewSession::run(const std::stop_token& stop) {
         }
         take_arrivals(std::move(arrivals));
         if (Clock::now() - last_input_ >= rest) autosave();  // before work that may take long
+        if (exactness_ == Exactness::exact && is_shown()) {
+            make_picture();
+            tell_rest();
+        }
         const ViewJob job = next_job();
         if (job.what == ViewJob::For::nothing) {
-            if (exactness_ == Exactness::exact && is_shown()) {
-                make_picture();
-                tell_rest();
-            }
             std::unique_lock lock(mutex_);
             job_ = job;
             const auto pause = Clock::now() - last_input_;
