@@ -14,7 +14,7 @@ constexpr double least_share = 0.5;
 /// The share of the target at which the search ends, since other points measure the reported error.
 constexpr double margin = 0.95;
 /// Indirect light gets more directions while its error exceeds this share of the target.
-constexpr double largest_indirect_share = 0.6;
+constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
 /// Faces are larger while the error of direct light exceeds this share of the target.
 constexpr double largest_direct_share = 0.5;
@@ -75,9 +75,13 @@ public:
                             {static_cast<float>(tolerated_share * target_.error), target_.vertex_budget,
                              target_.by_view, true},
                             std::move(start), std::move(visible));
+        std::size_t next = 0;  // vertices at which errors are measured again
         for (bool can_refine = true;;) {
-            HF_TRY(const bool done, is_done(refiner, progress));
-            if (done || !can_refine) break;
+            if (refiner.vertices() >= next || !can_refine) {
+                HF_TRY(const bool done, is_done(refiner, progress));
+                if (done || !can_refine) break;
+                next = refiner.vertices() + refiner.vertices() / 25;
+            }
             HF_TRY(can_refine, refiner.step(progress));
         }
         HF_TRY(const BakeErrorMeter::Interpolation between,
