@@ -144,11 +144,6 @@ TEST(ReaderSandbox, ForbiddenOperationsFailOrEndTheReader) {
         // processes
         {"fork by clone", EPERM, call(SYS_clone, SIGCHLD, 0, 0, 0, 0)},
         {"clone3", ENOSYS, call(SYS_clone3, nullptr, 0)},
-        {"threads", allowed,
-         [] {
-             std::thread([] {}).join();
-             return 0L;
-         }},
         {"execve", killed, call(SYS_execve, "/bin/true", nullptr, nullptr)},
         {"execveat", killed, call(SYS_execveat, AT_FDCWD, "/bin/true", nullptr, nullptr, 0)},
         {"ptrace", killed, call(SYS_ptrace, 0, 0, 0, 0)},
@@ -176,6 +171,12 @@ TEST(ReaderSandbox, ForbiddenOperationsFailOrEndTheReader) {
         {"settimeofday", EPERM, call(SYS_settimeofday, nullptr, nullptr)},
         {"syslog", EPERM, call(SYS_syslog, 10, nullptr, 0)},
     };
+#if !defined(__SANITIZE_ADDRESS__)  // whose threads make further calls
+    attempts.push_back({"threads", allowed, [] {
+                            std::thread([] {}).join();
+                            return 0L;
+                        }});
+#endif
 #ifdef __x86_64__
     constexpr long x32 = 0x40000000;
     attempts.push_back({"x32 unlink", killed, call(x32 | SYS_unlink, file)});
