@@ -10,7 +10,7 @@ bool InsideTest::operator()(const Vec3f& point) const {
         if (!(point[k] >= bounds.lower[k] && point[k] <= bounds.upper[k])) return false;
     int votes = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const auto [across, up] = axis_frames[std::size_t(axis)];
+        const int across = axis_frames[std::size_t(axis)].across, up = axis_frames[std::size_t(axis)].up;
         // A ray along the axis, slightly shifted, so that it misses edges and vertices of axis-aligned
         // geometry.
         const double shift = 1.1e-6 * bounds.radius();
