@@ -75,8 +75,9 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     const bool is_everywhere = points.empty();
     if (is_everywhere) points = displayed_area(entities, direct.scene);
     constexpr int least_face_size = 16;
-    const int least =
-        search_fields(scene, direct.settings.occlusion) == FieldExtent::none ? least_face_size : 0;
+    const bool has_fields = std::ranges::any_of(
+        entities.entities, [](const auto& entity) { return entity->field.has_surroundings(); });
+    const int least = has_fields ? 0 : least_face_size;
     HF_TRY(TargetBake found,
            target_bake(direct, {*options.error, budget, !is_everywhere, least}, std::move(points), progress));
     baked.search =

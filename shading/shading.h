@@ -126,6 +126,7 @@
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/error_budget.h"
+#include "shading/bake/error_target.h"
 #include "shading/bake/mesh_refinement.h"
 #include "shading/bake/render_passes.h"
 #include "shading/bake/renderer.h"

@@ -44,27 +44,6 @@ double channel_sum(const Outgoing& radiance) {
     return double(c.x) + double(c.y) + double(c.z);
 }
 
-/// Returns the interpolated radiance of a point of the floor.
-Outgoing radiance_at(const RadiantMesh& floor, float x, float z) {
-    for (const auto& triangle : floor.mesh.triangles) {
-        std::array<double, 3> weight;
-        double sum = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3f &a = floor.mesh.positions[triangle[(k + 1) % 3]],
-                        &b = floor.mesh.positions[triangle[(k + 2) % 3]];
-            weight[k] = double(a.x - x) * double(b.z - z) - double(a.z - z) * double(b.x - x);
-            sum += weight[k];
-        }
-        if (std::any_of(weight.begin(), weight.end(), [&](double w) { return w / sum < -1e-6; })) continue;
-        Outgoing radiance;
-        for (std::size_t k = 0; k < 3; ++k)
-            radiance += floor.radiance[triangle[k]] * static_cast<float>(weight[k] / sum);
-        return radiance;
-    }
-    ADD_FAILURE() << "no triangle at " << x << ", " << z;
-    return {};
-}
-
 double rms_error_on_floor(const LitBox& lit, const RadiantMesh& floor) {
     std::mt19937 random(11);
     const auto across = [&] { return uniform(random, -1.9f, 1.9f); };
@@ -77,7 +56,7 @@ double rms_error_on_floor(const LitBox& lit, const RadiantMesh& floor) {
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3f& p = points[i].point.position;
-        sum += std::pow(channel_sum(radiance_at(floor, p.x, p.z)) - channel_sum(exact[i]), 2);
+        sum += std::pow(channel_sum(radiance_on(floor, p.x, p.z)) - channel_sum(exact[i]), 2);
     }
     return std::sqrt(sum / double(points.size()));
 }

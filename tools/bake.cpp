@@ -4,6 +4,7 @@
 #include "scenes/original_vertices.h"
 #include "scenes/scene_bake.h"
 #include "scenes/scene_shading.h"
+#include "tools/error_report.h"
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
@@ -64,38 +65,29 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
     const WorstPoint& worst = error.worst;
     const std::string& instance = scene.instances[worst.point.at.instance].name;
     auto& report = context.report["error"];
-    report = {{"target", search.target},
-              {"reached", error.total},
-              {"low", error.low},
-              {"high", error.high},
-              {"between_vertices", error.between},
-              {"at_vertices", error.at_vertices},
-              {"indirect_light", error.indirect},
-              {"over", search.is_everywhere ? "surfaces" : "pixels"},
-              {"points", error.points},
-              {"references", error.references},
-              {"is_met", search.end == SearchEnd::reached},
-              {"reason", reason_of(search.end, search.vertex_budget)},
-              {"worst", {{"instance", instance}, {"error", worst.error}}},
-              {"choices",
-               {{"vertex_budget", search.vertex_budget},
-                {"colours", search.fitted ? "fitted" : "sampled"},
-                {"directions", search.directions},
-                {"face_size", search.face_size},
-                {"shaded_points", search.shaded_points},
-                {"rounds", search.rounds}}}};
-    if (!search.is_everywhere)
-        report["worst"]["pixel"] = {int(worst.point.pixel) % scene.camera.width,
-                                    int(worst.point.pixel) / scene.camera.width};
-    const std::string place =
-        search.is_everywhere ? std::string()
-                             : fmt::format("pixel {}, {} of ", int(worst.point.pixel) % scene.camera.width,
-                                           int(worst.point.pixel) / scene.camera.width);
-    context.print(
-        "error  {:.2f} % ({:.2f} to {:.2f} %): {:.2f} % between vertices, {:.2f} % at vertices, {:.2f} % "
-        "indirect light\n",
-        100 * error.total, 100 * error.low, 100 * error.high, 100 * error.between, 100 * error.at_vertices,
-        100 * error.indirect);
+    report = error_report(error);
+    report.update({{"target", search.target},
+                   {"over", search.is_everywhere ? "surfaces" : "pixels"},
+                   {"points", error.points},
+                   {"references", error.references},
+                   {"is_met", search.end == SearchEnd::reached},
+                   {"reason", reason_of(search.end, search.vertex_budget)},
+                   {"worst", {{"instance", instance}, {"error", worst.error}}},
+                   {"choices",
+                    {{"vertex_budget", search.vertex_budget},
+                     {"colours", search.fitted ? "fitted" : "sampled"},
+                     {"directions", search.directions},
+                     {"face_size", search.face_size},
+                     {"shaded_points", search.shaded_points},
+                     {"rounds", search.rounds}}}});
+    std::string place;
+    if (!search.is_everywhere) {
+        const int column = int(worst.point.pixel) % scene.camera.width,
+                  row = int(worst.point.pixel) / scene.camera.width;
+        report["worst"]["pixel"] = {column, row};
+        place = fmt::format("pixel {}, {} of ", column, row);
+    }
+    context.print("{}\n", error_line(error));
     context.print("worst  {:.0f} % at {}{}\n", 100 * worst.error, place, instance);
     if (search.end != SearchEnd::reached)
         context.warn(fmt::format("the error is {:.2g} %; expected at most {:.2g} %: {}", 100 * error.total,

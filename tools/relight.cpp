@@ -5,6 +5,7 @@
 #include "scenes/scene_entities.h"
 #include "scenes/scene_shading.h"
 #include "tools/command.h"
+#include "tools/error_report.h"
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/relight_modes.h"
@@ -157,18 +158,9 @@ Result<Done> report_error(RelightStage& stage, const SceneEntities& entities, Co
     Preview preview;
     HF_TRY(const BakeError error, session.error(entities, stage.scene.camera, preview, context.progress));
     if (error.points == 0) return Done{};
-    context.report["error"] = {{"frame", "last"},
-                               {"reached", error.total},
-                               {"low", error.low},
-                               {"high", error.high},
-                               {"between_vertices", error.between},
-                               {"at_vertices", error.at_vertices},
-                               {"indirect_light", error.indirect}};
-    context.print(
-        "error  {:.2f} % ({:.2f} to {:.2f} %) in the last frame: {:.2f} % between vertices, "
-        "{:.2f} % at vertices, {:.2f} % indirect light\n",
-        100 * error.total, 100 * error.low, 100 * error.high, 100 * error.between, 100 * error.at_vertices,
-        100 * error.indirect);
+    context.report["error"] = error_report(error);
+    context.report["error"]["frame"] = "last";
+    context.print("{}\n", error_line(error, " in the last frame"));
     return Done{};
 }
 

@@ -213,10 +213,6 @@ private:
     std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
 };
 
-}  // namespace
-
-namespace {
-
 /// Returns the keys of a field whose vertices are those of `fine`.
 FieldKeys keys_of(const PreparedMesh& mesh, const Mesh& fine, const FieldSettings& settings) {
     ContentHasher surroundings;
@@ -235,6 +231,14 @@ FieldKeys keys_of(const PreparedMesh& mesh, const Mesh& fine, const FieldSetting
     whole.add(fine);
     keys.whole = whole.hash();
     return keys;
+}
+
+/// Returns a field with samplers, but without keys and samples.
+VisibilityField named_field(std::string entity, const PreparedMesh& mesh, const FieldSettings& settings) {
+    VisibilityField field;
+    field.entity = std::move(entity);
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
+    return field;
 }
 
 /// Computes the samples and the error of a field whose keys and samplers are set.
@@ -289,10 +293,8 @@ Result<SampleRun> field_samples(const std::string& entity, const PreparedMesh& m
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress, const PrecomputedSamples& known) {
-    VisibilityField field;
-    field.entity = std::move(entity);
+    VisibilityField field = named_field(std::move(entity), mesh, settings);
     field.keys = field_keys(mesh, settings);
-    set_samplers(field, mesh_bounds(mesh.fine), settings);
     return computed_field(std::move(field), mesh, occlusion, true, progress, known);
 }
 
@@ -300,18 +302,13 @@ Result<VisibilityField> precompute_surroundings(std::string entity, const Prepar
                                                 const EntityOcclusion& occlusion,
                                                 const FieldSettings& settings, const Progress& progress,
                                                 const PrecomputedSamples& known) {
-    VisibilityField field;
-    field.entity = std::move(entity);
+    VisibilityField field = named_field(std::move(entity), mesh, settings);
     field.keys = surroundings_keys(mesh, settings);
-    set_samplers(field, mesh_bounds(mesh.fine), settings);
     return computed_field(std::move(field), mesh, occlusion, false, progress, known);
 }
 
 VisibilityField empty_field(std::string entity, const PreparedMesh& mesh, const FieldSettings& settings) {
-    VisibilityField field;
-    field.entity = std::move(entity);
-    set_samplers(field, mesh_bounds(mesh.fine), settings);
-    return field;
+    return named_field(std::move(entity), mesh, settings);
 }
 
 Result<VisibilityField> precompute_surroundings(std::string entity, const Occluder& occluder,

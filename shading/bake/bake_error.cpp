@@ -33,10 +33,6 @@ double square_of(const Vec3d& colour) {
     return colour.dot(colour);
 }
 
-Vec3d displayed(const Outgoing& radiance, const DisplayedPoint& point) {
-    return Vec3d(radiance.diffuse * point.diffuse + radiance.specular * point.specular);
-}
-
 /// Values whose mean counts by `weight`.
 struct WeightedValues {
     double weight = 0;
@@ -76,6 +72,7 @@ struct ShadedPoint {
     Outgoing direct, indirect;
 
     Outgoing radiance() const { return direct + indirect; }
+    Vec3d displayed_radiance() const { return displayed.displayed(radiance()); }
 };
 
 /// Points of strata of a population.
@@ -143,7 +140,7 @@ struct BakeErrorMeter::State {
         if (!steering.empty() || population.empty()) return Done{};
         HF_TRY(steering, shaded(chosen(steering_points, 1), progress));
         double sum = 0;
-        for (const ShadedPoint& each : steering) sum += square_of(displayed(each.radiance(), each.displayed));
+        for (const ShadedPoint& each : steering) sum += square_of(each.displayed_radiance());
         mean_square = steering.empty() ? 0 : sum / double(steering.size());
         return Done{};
     }
@@ -152,25 +149,22 @@ struct BakeErrorMeter::State {
     ///
     /// traced  the number of points, the first ones, whose indirect light is compared.
     Result<std::vector<Reference>> references(std::span<const ShadedPoint> points, double accuracy,
-                                              std::size_t traced, const Progress& progress) const {
+                                              std::size_t traced, const Progress& progress) {
         std::vector<Reference> result(points.size());
         // The noise of a mean square falls with the number of samples.
         const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
-        const RayScene rays(shading.scene);
-        HF_TRY(const Pairs direct, pairs(
-                                       points,
-                                       [&](const ShadedPoint& point, std::uint32_t seed) {
-                                           return displayed(point.direct, point.displayed) -
-                                                  displayed(
-                                                      ray_radiance(rays, point.at.instance, point.at.point,
-                                                                   std::uint32_t(1024 * effort), seed),
-                                                      point.displayed);
-                                       },
-                                       progress));
+        if (!rays) rays.emplace(shading.scene);
+        const auto samples_of_direct = std::uint32_t(1024 * effort);
+        const auto direct_error = [&](const ShadedPoint& point, std::uint32_t seed) {
+            const Outgoing reference =
+                ray_radiance(*rays, point.at.instance, point.at.point, samples_of_direct, seed);
+            return point.displayed.displayed(point.direct) - point.displayed.displayed(reference);
+        };
+        HF_TRY(const Pairs direct, pairs(points, direct_error, progress));
         for (std::size_t k = 0; k < points.size(); ++k) {
             Reference& reference = result[k];
             reference.point = points[k].displayed;
-            reference.shaded = displayed(points[k].radiance(), points[k].displayed);
+            reference.shaded = points[k].displayed_radiance();
             reference.direct_product = direct[k][0].dot(direct[k][1]);
             reference.direct = (direct[k][0] + direct[k][1]) * 0.5;
         }
@@ -180,17 +174,13 @@ struct BakeErrorMeter::State {
         const std::span<const ShadedPoint> by_paths = points.first(std::min(traced, points.size()));
         Pairs indirect;
         for (std::uint32_t samples = 256;; samples *= 4) {
-            HF_TRY(indirect,
-                   pairs(
-                       by_paths,
-                       [&](const ShadedPoint& point, std::uint32_t seed) {
-                           const ShadingPoint seen = shading_point(
-                               shading.scene, shading.scene.instances[point.at.instance], point.at.point);
-                           return displayed(point.indirect, point.displayed) -
-                                  displayed(paths.indirect_radiance(seen.from, seen.brdf, samples, seed),
-                                            point.displayed);
-                       },
-                       progress));
+            const auto indirect_error = [&](const ShadedPoint& point, std::uint32_t seed) {
+                const ShadingPoint seen =
+                    shading_point(shading.scene, shading.scene.instances[point.at.instance], point.at.point);
+                const Outgoing reference = paths.indirect_radiance(seen.from, seen.brdf, samples, seed);
+                return point.displayed.displayed(point.indirect) - point.displayed.displayed(reference);
+            };
+            HF_TRY(indirect, pairs(by_paths, indirect_error, progress));
             // The deviation of the mean of the products.
             double variance = 0;
             for (const auto& [one, other] : indirect) variance += square_of(one - other) / 2;
@@ -282,8 +272,8 @@ struct BakeErrorMeter::State {
         result.points = points.points.size();
         for (std::size_t k = 0; k < points.points.size(); ++k) {
             const ShadedPoint& shown = points.points[k];
-            const double square = square_of(displayed(bake(shown.displayed.at).radiance, shown.displayed) -
-                                            displayed(shown.radiance(), shown.displayed));
+            const double square = square_of(shown.displayed.displayed(bake(shown.displayed.at).radiance) -
+                                            shown.displayed_radiance());
             strata[points.stratum[k]].values.push_back(square);
             const double error = root(square * scale());
             if (error > result.worst.error) result.worst = {shown.displayed, error, true};
@@ -298,6 +288,7 @@ struct BakeErrorMeter::State {
     const PointShading shading;
     const std::vector<DisplayedPoint> population;
     const PlacedSolids solids;
+    std::optional<RayScene> rays;  ///< Once it is needed.
     std::vector<ShadedPoint> steering;
     double mean_square = 0;  ///< Of the displayed radiance.
 };
@@ -330,8 +321,8 @@ Result<SquareEstimate> BakeErrorMeter::steering_error(const DisplayedRadiance& b
     HF_TRY_DONE(state_->prepare(progress));
     WeightedValues stratum{1, {}};
     for (const ShadedPoint& point : state_->steering)
-        stratum.values.push_back(square_of(displayed(bake(point.displayed.at).radiance, point.displayed) -
-                                           displayed(point.radiance(), point.displayed)));
+        stratum.values.push_back(square_of(point.displayed.displayed(bake(point.displayed.at).radiance) -
+                                           point.displayed_radiance()));
     return estimate({stratum}, state_->scale());
 }
 
@@ -394,8 +385,7 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
                 of_indirect.values.push_back(reference.indirect_product);
                 both.values.push_back(reference.indirect_product + reference.mixed_product);
             }
-            const Vec3d off =
-                displayed(bake(reference.point.at).radiance, reference.point) - reference.shaded;
+            const Vec3d off = reference.point.displayed(bake(reference.point.at).radiance) - reference.shaded;
             const double here =
                 root(square_of(off + reference.direct + reference.indirect) * state_->scale());
             if (here > error.worst.error) error.worst = {reference.point, here, false};

@@ -13,6 +13,11 @@ struct DisplayedPoint {
     /// Factors on both components, such as the colour of an image.
     Rgb diffuse{1.0f}, specular{1.0f};
     std::uint32_t pixel = 0;  ///< Its number in the picture, row by row from the top.
+
+    /// Returns the radiance that is displayed if the shading has this radiance. [W/(m^2 sr)]
+    Vec3d displayed(const Outgoing& radiance) const {
+        return Vec3d(radiance.diffuse * diffuse + radiance.specular * specular);
+    }
 };
 
 /// Returns points that are uniformly distributed over the area of all fine meshes, without buried triangles.
@@ -62,7 +67,7 @@ public:
     BakeErrorMeter(const PointShading& shading, std::vector<DisplayedPoint> population);
     ~BakeErrorMeter();
 
-    /// What a bake displays at a point.
+    /// The values that a bake displays at a point.
     struct Displayed {
         Outgoing radiance;
         float difference = 0;  ///< MeshRefiner::Located::difference.

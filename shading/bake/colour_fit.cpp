@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-/// Of a triangle's middle, of the middle of one of its edges, and of a corner.
+/// The weights of a triangle's middle, of the middle of one of its edges, and of a corner.
 constexpr double middle_weight = 0.75, edge_weight = 0.25, corner_weight = 1.0 / 12;
 
 /// Returns the middles of the triangles; none where a middle is buried or inside another instance, or where

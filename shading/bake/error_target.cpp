@@ -22,12 +22,12 @@ constexpr std::size_t face_size_points = 192;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
-/// Returns the upper end of the interval that contains 90 % of the estimates.
+/// Returns the mean square at the upper end of the interval that contains 90 % of the estimates.
 double upper_end(const SquareEstimate& estimate) {
     std::vector<double> squares = estimate.resampled;
     if (squares.empty()) return 0;
     std::ranges::sort(squares);
-    return std::sqrt(std::max(0.0, squares[squares.size() * 19 / 20]));
+    return std::max(0.0, squares[squares.size() * 19 / 20]);
 }
 
 double root(double square) {
@@ -54,13 +54,6 @@ BakeErrorMeter::DisplayedRadiance displayed_radiance(const MeshRefiner& refiner,
                 found.difference};
     };
 }
-
-/// The indirect light of a search, and the error of the shading with it.
-struct LitShading {
-    RenderSettings settings;
-    std::optional<IndirectLight> indirect;
-    BakeErrorMeter::Shading error;
-};
 
 /// Refines meshes until interpolation reaches a target.
 class Search {
@@ -120,7 +113,7 @@ private:
         HF_TRY(const BakeErrorMeter::Interpolation between,
                meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress));
         SquareEstimate upper = between.square;
-        upper.square = upper_end(between.square) * upper_end(between.square);
+        upper.square = upper_end(between.square);
         return is_enough(refiner, upper);
     }
 

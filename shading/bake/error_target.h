@@ -42,9 +42,9 @@ struct TargetBake {
 /// The search starts with the fine meshes of the entities. First, it measures direct light at a few points
 /// with increasing face sizes, up to that of the settings, until its error is below half of the target. It
 /// measures the shading as a whole, and repeats indirect light with four times as many directions while that
-/// is the larger part of the error. It then refines the meshes in steps, measures interpolation after each,
-/// with sampled and with fitted colours, and stops as soon as the upper end of the 90 % interval is below
-/// what the shading leaves of the target. Other points measure the reported error.
+/// is the larger part of the error. It then refines the meshes in steps. Whenever the vertices are 4 % more,
+/// it measures interpolation with sampled and with fitted colours. It stops when the upper end of the 90 %
+/// interval is below what the shading leaves of the target. Other points measure the reported error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.

@@ -32,6 +32,7 @@ struct Middle {
     float error = not_shaded;  ///< The largest error of all sides.
     /// Before it is shaded: the largest error in the triangles that were split to make this edge.
     float expected = std::numeric_limits<float>::infinity();
+    bool is_visible = true;          ///< Both ends are in the picture, on any side.
     float difference = 0;            ///< The largest difference of all sides, not relative.
     std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides.
     LocalSamples samples;            ///< By EdgeBisection::sides.
@@ -163,7 +164,9 @@ struct MeshRefiner::State {
                                   {},
                                   instance.placement.scale,
                                   5e-4 * double(radius)});
-            instances_.back().middles.resize(instances_.back().bisection.edges().size());
+            RefinedInstance& added = instances_.back();
+            added.middles.resize(added.bisection.edges().size());
+            for (std::uint32_t edge = 0; edge < added.middles.size(); ++edge) set_visible(added, edge);
         }
         mean_ = static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(vertices_, 1)));
     }
@@ -177,7 +180,7 @@ struct MeshRefiner::State {
     double gain_of(std::size_t i, std::uint32_t edge, float error) const {
         const RefinedInstance& instance = instances_[i];
         const double gain = double(error) * instance.length(edge) * double(instance.scale) *
-                            (is_visible(instance, edge) ? 1 : hidden_share);
+                            (instance.middles[edge].is_visible ? 1 : hidden_share);
         if (!wanted_.by_view) return gain;
         const Vec3f middle =
             shading_.scene.instances[i].placement.point_to_world(instance.bisection.middle(edge));
@@ -185,11 +188,12 @@ struct MeshRefiner::State {
         return gain / std::max(distance, instance.length(edge) * double(instance.scale));
     }
 
-    /// True if both ends of an edge are in the picture, on any side.
-    static bool is_visible(const RefinedInstance& instance, std::uint32_t edge) {
-        return std::ranges::any_of(instance.bisection.sides(edge), [&](const EdgeBisection::Side& side) {
-            return instance.visible[side.low] && instance.visible[side.high];
-        });
+    /// Sets Middle::is_visible.
+    static void set_visible(RefinedInstance& instance, std::uint32_t edge) {
+        instance.middles[edge].is_visible =
+            std::ranges::any_of(instance.bisection.sides(edge), [&](const EdgeBisection::Side& side) {
+                return instance.visible[side.low] && instance.visible[side.high];
+            });
     }
 
     /// The error of a value that was found between two others, whose mean would be taken for it.
@@ -353,9 +357,13 @@ struct MeshRefiner::State {
             append(instance.samples.buried, middle.samples.buried);
             append(instance.visible, are_visible);
             instance.middles.resize(instance.bisection.edges().size());
-            instance.middles[edge].expected = expected;
-            for (std::size_t e = before; e < instance.middles.size(); ++e)
+            const auto begin_edge = [&](std::uint32_t e) {
                 instance.middles[e].expected = expected;
+                set_visible(instance, e);
+            };
+            begin_edge(edge);
+            for (std::size_t e = before; e < instance.middles.size(); ++e)
+                begin_edge(static_cast<std::uint32_t>(e));
             vertices_ += middle.radiance.size();
         }
     }

@@ -36,11 +36,11 @@ struct Refinement {
 
 /// A refinement in steps, which the caller may end at any time.
 ///
-/// Each step shades the middles of all edges that are the longest of a triangle, or whose ends differ by more
-/// than the tolerance, unless the errors around them were too small to be split soon. It then splits edges
-/// beyond the tolerance in descending order of error times length, down to half of the largest. A triangle is
-/// always divided across its longest edge first, so that angles stay above half of the smallest angle in
-/// `start`. There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
+/// Each step shades the middles of edges that are the longest of a triangle, or whose ends differ by more
+/// than the tolerance. Edges between small errors wait for a later step. It then splits edges beyond the
+/// tolerance in descending order of error times length, down to half of the largest. A triangle is always
+/// divided across its longest edge first, so that angles stay above half of the smallest angle in `start`.
+/// There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
 ///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.

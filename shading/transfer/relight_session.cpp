@@ -214,7 +214,7 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     Bounced indirect;
     if (inputs_.settings.bounces.most > 0) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
-        // The same rays as in a bake: more of them where this light is uncertain.
+        // As in a bake, there are more rays where this light is uncertain.
         LightTransport transport = rays->transport;
         HF_TRY(const Bounced coarse, bounced(transport, made.diffuse, inputs_.settings.bounces, progress));
         HF_TRY_DONE(transport.refine(scene(), *geometry, *rays->surface, coarse.diffuse,
@@ -484,11 +484,12 @@ Result<Done> RelightSession::commit(const Progress& progress) {
 
 Result<BakeError> RelightSession::error(const SceneRadiance& shown, std::vector<DisplayedPoint> population,
                                         double accuracy, const Progress& progress) {
-    inputs_.scene.environment = rotated_environment(progress.stop);
-    const SceneLight light = scene_light(scene(), scene().environment, inputs_.settings, progress.stop);
+    ShadedScene lit = scene();
+    lit.environment = rotated_environment(progress.stop);
+    const SceneLight light = scene_light(lit, inputs_.settings, progress.stop);
     HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
     if (progress.stop.stop_requested()) return interruption();
-    PointShading shading{scene(), *geometry, light, inputs_.settings};
+    PointShading shading{lit, *geometry, light, inputs_.settings};
     std::optional<IndirectLight> indirect;
     if (inputs_.settings.bounces.most > 0) {
         HF_TRY(shading.visibility, cached_visibility(progress));

@@ -35,10 +35,6 @@ struct TruePixel {
     std::array<Vec3d, 2> radiance;
 };
 
-Vec3d displayed(const Outgoing& radiance, const DisplayedPoint& point) {
-    return Vec3d(radiance.diffuse * point.diffuse + radiance.specular * point.specular);
-}
-
 /// Returns the truth at pixels of the picture, by rays and paths. They share no points with a search.
 std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedScene& shaded,
                                    const Camera& camera, const RenderSettings& settings, std::size_t wanted) {
@@ -68,7 +64,7 @@ std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedSc
                                     Outgoing radiance = ray_radiance(rays, i, at, 4096, seed);
                                     if (settings.bounces.most > 0)
                                         radiance += paths.indirect_radiance(seen.from, seen.brdf, 1024, seed);
-                                    point.radiance[r] = displayed(radiance, point.displayed);
+                                    point.radiance[r] = point.displayed.displayed(radiance);
                                 }
                             };
                         },
@@ -77,8 +73,7 @@ std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedSc
 }
 
 /// Returns the error of a bake: the root of mean((b - r1) (b - r2)), to which noise does not contribute.
-double true_error(const BakedScene& baked, const SceneEntities& entities, const Camera& camera,
-                  const std::vector<TruePixel>& truth) {
+double true_error(const BakedScene& baked, const Camera& camera, const std::vector<TruePixel>& truth) {
     const auto pixels = Preview().points(camera, baked.instances);
     double error = 0, all = 0;
     for (const TruePixel& point : truth) {
@@ -90,11 +85,10 @@ double true_error(const BakedScene& baked, const SceneEntities& entities, const 
         Outgoing shown;
         for (std::size_t c = 0; c < 3; ++c)
             shown += values[mesh.triangles[at->triangle][c]] * at->weights()[c];
-        const Vec3d here = displayed(shown, point.displayed);
+        const Vec3d here = point.displayed.displayed(shown);
         error += (here - point.radiance[0]).dot(here - point.radiance[1]);
         all += point.radiance[0].dot(point.radiance[1]);
     }
-    (void)entities;
     return error > 0 ? std::sqrt(error / all) : -std::sqrt(-error / all);
 }
 
@@ -154,7 +148,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         const double spent = processor_seconds() - before;
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();
-        const double error = true_error(baked, entities, scene.camera, truth);
+        const double error = true_error(baked, scene.camera, truth);
         fmt::print("{:<28} {:>9} {:>9.1f} {:>9.1f} {:>8.2f}", target, vertices, cold + spent, warm + spent,
                    100 * error);
         if (baked.search) {
