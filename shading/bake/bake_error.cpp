@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -17,7 +18,13 @@ namespace {
 
 constexpr std::size_t steering_points = 2048, path_points = 128;
 constexpr std::size_t resamplings = 200;
-constexpr std::uint32_t most_path_samples = 8192;
+/// Paths of a point: of each of the pilot estimates, and of a reference.
+constexpr std::uint32_t pilot_estimates = 4, pilot_samples = 32, least_path_samples = 32,
+                        most_path_samples = 16384;
+/// References have at most this many paths per point on average.
+constexpr double most_mean_path_samples = 1024;
+/// The error that the noise of all paths adds to a bake without errors, relative to the wanted accuracy.
+constexpr double path_noise_share = 0.3;
 constexpr double interval = 0.9;
 
 /// Returns a whole number below `count`, the same on every platform.
@@ -31,6 +38,15 @@ double channel_sum(const Rgb& colour) {
 
 double square_of(const Vec3d& colour) {
     return colour.dot(colour);
+}
+
+/// Returns the unbiased variance of independent estimates, the sum over the channels.
+double variance_of(std::span<const Vec3d> estimates) {
+    Vec3d mean(0.0);
+    for (const Vec3d& each : estimates) mean += each / double(estimates.size());
+    double sum = 0;
+    for (const Vec3d& each : estimates) sum += square_of(each - mean);
+    return sum / double(estimates.size() - 1);
 }
 
 /// Values whose mean counts by `weight`.
@@ -147,20 +163,23 @@ struct BakeErrorMeter::State {
 
     /// Compares shaded points with references.
     ///
-    /// traced  the number of points, the first ones, whose indirect light is compared.
+    /// traced_weights  the weights of the first points in the mean over the population; the indirect light
+    ///                 of these is compared.
     Result<std::vector<Reference>> references(std::span<const ShadedPoint> points, double accuracy,
-                                              std::size_t traced, const Progress& progress) {
+                                              std::span<const double> traced_weights,
+                                              const Progress& progress) {
         std::vector<Reference> result(points.size());
         // The noise of a mean square falls with the number of samples.
         const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
         if (!rays) rays.emplace(shading.scene);
         const auto samples_of_direct = std::uint32_t(1024 * effort);
-        const auto direct_error = [&](const ShadedPoint& point, std::uint32_t seed) {
+        const auto direct_error = [&](std::size_t k, std::uint32_t seed) {
+            const ShadedPoint& point = points[k];
             const Outgoing reference =
                 ray_radiance(*rays, point.at.instance, point.at.point, samples_of_direct, seed);
             return point.displayed.displayed(point.direct) - point.displayed.displayed(reference);
         };
-        HF_TRY(const Pairs direct, pairs(points, direct_error, progress));
+        HF_TRY(const Pairs direct, estimates<2>(points.size(), direct_error, progress));
         for (std::size_t k = 0; k < points.size(); ++k) {
             Reference& reference = result[k];
             reference.point = points[k].displayed;
@@ -171,22 +190,27 @@ struct BakeErrorMeter::State {
         if (!shading.indirect) return result;
         const PathTracer paths(shading.scene, *shading.indirect->surface, shading.geometry.rays,
                                shading.settings.sources);
-        const std::span<const ShadedPoint> by_paths = points.first(std::min(traced, points.size()));
-        Pairs indirect;
-        for (std::uint32_t samples = 256;; samples *= 4) {
-            const auto indirect_error = [&](const ShadedPoint& point, std::uint32_t seed) {
-                const ShadingPoint seen =
-                    shading_point(shading.scene, shading.scene.instances[point.at.instance], point.at.point);
-                const Outgoing reference = paths.indirect_radiance(seen.from, seen.brdf, samples, seed);
-                return point.displayed.displayed(point.indirect) - point.displayed.displayed(reference);
-            };
-            HF_TRY(indirect, pairs(by_paths, indirect_error, progress));
-            // The deviation of the mean of the products.
-            double variance = 0;
-            for (const auto& [one, other] : indirect) variance += square_of(one - other) / 2;
-            variance *= scale() / std::pow(double(std::max<std::size_t>(1, indirect.size())), 1.5);
-            if (std::sqrt(variance) <= 0.4 * accuracy || samples >= most_path_samples) break;
-        }
+        const std::size_t traced = traced_weights.size();
+        const auto indirect_error = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
+            const ShadedPoint& point = points[k];
+            const ShadingPoint seen =
+                shading_point(shading.scene, shading.scene.instances[point.at.instance], point.at.point);
+            const Outgoing reference = paths.indirect_radiance(seen.from, seen.brdf, samples, seed);
+            return point.displayed.displayed(point.indirect) - point.displayed.displayed(reference);
+        };
+        HF_TRY(const auto pilot,
+               estimates<pilot_estimates>(
+                   traced,
+                   [&](std::size_t k, std::uint32_t seed) { return indirect_error(k, pilot_samples, ~seed); },
+                   progress));
+        std::vector<double> variances(traced);
+        for (std::size_t k = 0; k < traced; ++k) variances[k] = pilot_samples * variance_of(pilot[k]);
+        const std::vector<std::uint32_t> samples = path_samples(variances, traced_weights, accuracy);
+        HF_TRY(const Pairs indirect,
+               estimates<2>(
+                   traced,
+                   [&](std::size_t k, std::uint32_t seed) { return indirect_error(k, samples[k], seed); },
+                   progress));
         for (std::size_t k = 0; k < indirect.size(); ++k) {
             Reference& reference = result[k];
             reference.has_indirect = true;
@@ -197,21 +221,52 @@ struct BakeErrorMeter::State {
         return result;
     }
 
+    /// Chooses numbers of paths for which the noise of the mean product of two estimates is small, with few
+    /// paths in total. The variance of that mean is the sum of (weight * variance / paths)^2.
+    ///
+    /// variances  of one path, by point.
+    std::vector<std::uint32_t> path_samples(std::span<const double> variances,
+                                            std::span<const double> weights, double accuracy) const {
+        double mean = 0, all = 0;
+        for (std::size_t k = 0; k < variances.size(); ++k) {
+            mean += weights[k] * variances[k];
+            all += weights[k];
+        }
+        // The pilot misses rare bright paths; points like it have some.
+        std::vector<double> shares(variances.size());
+        double sum = 0;
+        for (std::size_t k = 0; k < variances.size(); ++k) {
+            shares[k] =
+                std::cbrt(std::pow(weights[k] * std::max(variances[k], all > 0 ? mean / all / 4 : 0), 2));
+            sum += shares[k];
+        }
+        const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
+        double factor = wanted > 0 ? std::sqrt(sum) / wanted : 0;
+        if (sum > 0) factor = std::min(factor, most_mean_path_samples * double(variances.size()) / sum);
+        std::vector<std::uint32_t> result;
+        for (const double share : shares)
+            // Powers of two, for which Sobol points are well distributed.
+            result.push_back(std::bit_ceil(std::uint32_t(
+                std::clamp(factor * share, double(least_path_samples), double(most_path_samples)))));
+        return result;
+    }
+
     using Pairs = std::vector<std::array<Vec3d, 2>>;
 
-    /// Returns two independent estimates by point.
+    /// Returns independent estimates by point.
     ///
-    /// estimate  (const ShadedPoint&, std::uint32_t seed) -> Vec3d. Called from many threads.
-    template <class Estimate>
-    static Result<Pairs> pairs(std::span<const ShadedPoint> points, const Estimate& estimate,
-                               const Progress& progress) {
-        Pairs result(points.size());
+    /// estimate  (std::size_t number, std::uint32_t seed) -> Vec3d. Called from many threads.
+    template <std::size_t count, class Estimate>
+    static Result<std::vector<std::array<Vec3d, count>>> estimates(std::size_t points,
+                                                                   const Estimate& estimate,
+                                                                   const Progress& progress) {
+        std::vector<std::array<Vec3d, count>> result(points);
         HF_TRY_DONE(parallel_loop(
-            {points.size()},
+            {points},
             [&]() -> LoopBody {
                 return [&](std::size_t k) {
-                    for (std::uint32_t r = 0; r < 2; ++r)
-                        result[k][r] = estimate(points[k], mixed_seed(std::uint32_t(k), r));
+                    for (std::uint32_t r = 0; r < count; ++r)
+                        result[k][r] = estimate(k, mixed_seed(std::uint32_t(k), r));
                 };
             },
             "reference points", progress));
@@ -302,7 +357,9 @@ Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, c
     HF_TRY_DONE(state_->prepare(progress));
     HF_TRY(const std::vector<ShadedPoint> points, state_->shaded(state_->chosen(count, 2), progress));
     Shading result;
-    HF_TRY(result.references, state_->references(points, accuracy, path_points, progress));
+    const std::size_t traced = std::min(path_points, points.size());
+    const std::vector<double> weights(traced, 1 / double(std::max<std::size_t>(1, traced)));
+    HF_TRY(result.references, state_->references(points, accuracy, weights, progress));
     WeightedValues direct{1, {}}, indirect{1, {}}, both{1, {}};
     for (const Reference& reference : result.references) {
         direct.values.push_back(reference.direct_product);
@@ -358,8 +415,15 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const Displ
     chosen.insert(chosen.end(), untraced.begin(), untraced.end());
     std::vector<ShadedPoint> selected;
     for (const std::size_t k : chosen) selected.push_back(points.points[k]);
+    std::vector<std::size_t> traced_of(points.weights.size());
+    for (std::size_t n = 0; n < first_untraced; ++n) ++traced_of[points.stratum[chosen[n]]];
+    std::vector<double> weights;
+    for (std::size_t n = 0; n < first_untraced; ++n) {
+        const std::size_t s = points.stratum[chosen[n]];
+        weights.push_back(points.weights[s] / double(traced_of[s]));
+    }
     HF_TRY(const std::vector<Reference> references,
-           state_->references(selected, accuracy, first_untraced, progress));
+           state_->references(selected, accuracy, weights, progress));
     for (const double weight : points.weights) result.strata.push_back({weight, {}});
     for (std::size_t n = 0; n < chosen.size(); ++n)
         result.strata[points.stratum[chosen[n]]].references.push_back(references[n]);

@@ -1,21 +1,14 @@
 #include "shading/bake/path_tracer.h"
 
-#include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/bounces/cosine_directions.h"
 #include "shading/bounces/lobe_rays.h"
 
 namespace haarfield {
-namespace {
 
-/// A vertex of a path.
-struct PathVertex {
-    Vec3f from, normal;
-    Rgb reflectance;  ///< Albedo / pi. [1/sr]
-};
-
-PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Vec3f& position) {
+PathTracer::PathVertex PathTracer::path_vertex(const ShadedScene& scene, const SurfaceHit& hit,
+                                               const Vec3f& position) {
     const ShadedInstance& instance = scene.instances[hit.instance];
     const ShadedEntity& entity = scene.entities[instance.entity];
     const Mesh& mesh = *entity.mesh;
@@ -39,29 +32,56 @@ PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Ve
             reflectance * static_cast<float>(1 / pi)};
 }
 
-}  // namespace
-
 PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, const ShadowRays& rays,
                        const SourceRule& sources)
     : scene_(scene),
       surface_(surface),
       rays_(rays),
       lamps_(placed_lamps(scene.lamps)),
-      emitters_(scene_emitters(scene)) {
+      emitters_(scene_emitters(scene).triangles) {
     SplitLight split = split_light(scene.environment, sources);
     smooth_ = std::move(split.smooth);
     sources_ = SourceChoice(split.sources);
 }
 
-Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const {
+Rgb PathTracer::light_of_lamps(const PathVertex& at) const {
     Outgoing radiance;
     ShadingPoint receiver;
-    receiver.from = receiver.position = from;
-    receiver.brdf.normal = receiver.brdf.mirror = normal;
-    receiver.brdf.diffuse = reflectance;
+    receiver.from = receiver.position = at.from;
+    receiver.brdf.normal = receiver.brdf.mirror = at.normal;
+    receiver.brdf.diffuse = at.reflectance;
     add_lamp_light(rays_, lamps_, {&receiver, 1}, {&radiance, 1});
-    add_emitter_light(rays_, emitters_, {&receiver, 1}, {&radiance, 1});
     return radiance.diffuse;
+}
+
+Rgb PathTracer::light_of_sources(const PathVertex& at, Numbers& number) const {
+    if (sources_.empty()) return Rgb(0.0f);
+    const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
+    const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
+    if (!(cosine > 0) || rays_.is_blocked(at.from, chosen->light.direction)) return Rgb(0.0f);
+    return at.reflectance * chosen->light.irradiance * (cosine / float(chosen->chance));
+}
+
+bool PathTracer::is_blocked(const Vec3f& from, const LightSample& light) const {
+    return rays_.is_blocked_from(from, from + light.direction * light.distance);
+}
+
+Rgb PathTracer::light_of_emitters(const PathVertex& at, Numbers& number) const {
+    if (emitters_.is_black()) return Rgb(0.0f);
+    const double x = double(number());
+    const std::optional<LightSample> light = emitters_.sample(at.from, {x, double(number())});
+    const float cosine = light ? at.normal.dot(light->direction) : 0.0f;
+    if (!(cosine > 0) || is_blocked(at.from, *light)) return Rgb(0.0f);
+    return at.reflectance * light->radiance * float(double(cosine) / (light->density + double(cosine) / pi));
+}
+
+Rgb PathTracer::radiance_by_direction(const PathVertex& at, const Vec3f& direction) const {
+    if (emitters_.is_black()) return Rgb(0.0f);
+    const float cosine = at.normal.dot(direction);
+    const std::optional<LightSample> light = emitters_.look_up(at.from, direction);
+    if (!(cosine > 0) || !light || is_blocked(at.from, *light)) return Rgb(0.0f);
+    const double density = double(cosine) / pi;
+    return light->radiance * float(density / (density + light->density));
 }
 
 Rgb PathTracer::radiance_along(const Vec3f& from, const Vec3f& first_direction, Numbers& number) const {
@@ -76,20 +96,15 @@ Rgb PathTracer::radiance_along(const Vec3f& from, const Vec3f& first_direction, 
         }
         if (hit->is_back) break;
         at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
-        if (!sources_.empty()) {
-            const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
-            const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
-            if (cosine > 0 && !rays_.is_blocked(at.from, chosen->light.direction))
-                found +=
-                    carried * at.reflectance * chosen->light.irradiance * (cosine / float(chosen->chance));
-        }
-        found += carried * near_light(at.from, at.normal, at.reflectance);
+        found +=
+            carried * (light_of_lamps(at) + light_of_sources(at, number) + light_of_emitters(at, number));
         carried *= at.reflectance * static_cast<float>(pi);
         const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}));
         if (!(number() < chance)) break;
         carried /= chance;
         const float x = number();
         direction = cosine_direction(Vec2f(x, number()), at.normal, axes_across(at.normal));
+        found += carried * radiance_by_direction(at, direction);
     }
     return found;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <random>
 
+#include "shading/bake/environment_sampler.h"
 #include "shading/bake/renderer.h"
 #include "shading/bake/source_choice.h"
 
@@ -12,9 +13,10 @@ namespace haarfield {
 /// Traces paths from points of a scene. Threads may share it.
 ///
 /// It uses neither wavelets, fields, the transport matrix nor interpolated light. At each surface that a path
-/// meets, it adds the light of all lamps and emitters, and that of one light of the environment's sources by
-/// a shadow ray. A path that leaves the scene adds the remainder of the environment. Surfaces are diffuse,
-/// with their tints; their backs are black.
+/// meets, it adds the light of all lamps, and that of one light of the environment's sources by a shadow ray.
+/// Emitters are sampled by area and by the next direction of the path, combined by the balance heuristic. A
+/// path that leaves the scene adds the remainder of the environment. Surfaces are diffuse, with their tints;
+/// their backs are black.
 class PathTracer {
 public:
     /// The referenced objects must outlive it.
@@ -62,14 +64,33 @@ private:
     /// Estimates the diffuse radiance of the surface that a ray meets, by one path; black if it meets none.
     Rgb radiance_along(const Vec3f& from, const Vec3f& direction, Numbers& number) const;
 
-    /// Returns the diffuse radiance of a point by lamps and emitters.
-    Rgb near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const;
+    /// A diffuse surface element.
+    struct PathVertex {
+        Vec3f from, normal;
+        Rgb reflectance;  ///< Albedo / pi. [1/sr]
+    };
+
+    static PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Vec3f& position);
+
+    Rgb light_of_lamps(const PathVertex& at) const;
+
+    /// Estimates the light of one of the environment's sources.
+    Rgb light_of_sources(const PathVertex& at, Numbers& number) const;
+
+    /// Estimates the light of a point on an emitter. radiance_by_direction() has the rest.
+    Rgb light_of_emitters(const PathVertex& at, Numbers& number) const;
+
+    /// Returns the radiance of the emitter in a direction with cosine density, weighted by the balance
+    /// heuristic. [W/(m^2 sr)]
+    Rgb radiance_by_direction(const PathVertex& at, const Vec3f& direction) const;
+
+    bool is_blocked(const Vec3f& from, const LightSample& light) const;
 
     const ShadedScene& scene_;
     const FineSurface& surface_;
     const ShadowRays& rays_;
     std::vector<PlacedLamp> lamps_;
-    EmitterTree emitters_;
+    EmitterSampler emitters_;
     LatLongImage smooth_;
     SourceChoice sources_;
 };
