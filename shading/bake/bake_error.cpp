@@ -22,7 +22,7 @@ constexpr std::size_t resamplings = 200;
 constexpr std::uint32_t pilot_estimates = 4, pilot_samples = 32, least_path_samples = 32,
                         most_path_samples = 16384;
 /// References have at most this many paths per point on average.
-constexpr double most_mean_path_samples = 1024;
+constexpr double most_mean_path_samples = 2048;
 /// The error that the noise of all paths adds to a bake without errors, relative to the wanted accuracy.
 constexpr double path_noise_share = 0.3;
 constexpr double interval = 0.9;
@@ -78,6 +78,51 @@ SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale)
 
 double root(double square) {
     return std::sqrt(std::max(0.0, square));
+}
+
+/// Two independent estimates by point.
+using Pairs = std::vector<std::array<Vec3d, 2>>;
+
+/// Estimates the deviation of the weighted sum of the products of both estimates, if their mean is small.
+double product_deviation(const Pairs& estimates, std::span<const double> weights) {
+    double sum = 0;
+    for (std::size_t k = 0; k < estimates.size(); ++k)
+        sum += std::pow(weights[k] * square_of(estimates[k][0] - estimates[k][1]) / 2, 2);
+    return std::sqrt(sum / 3);  // 3: of the fourth power of a normal variable
+}
+
+/// The numbers of paths of references.
+struct PathCounts {
+    std::vector<std::uint32_t> by_point;
+    bool are_limited = false;  ///< True: fewer than are needed.
+};
+
+/// Chooses few paths for a wanted deviation of the weighted sum of the products of two estimates, that is the
+/// root of the sum of (weight * variance / paths)^2.
+///
+/// variances  of one path, by point.
+PathCounts path_counts(std::span<const double> variances, std::span<const double> weights, double wanted) {
+    double mean = 0, all = 0, sum = 0;
+    for (std::size_t k = 0; k < variances.size(); ++k) {
+        mean += weights[k] * variances[k];
+        all += weights[k];
+    }
+    std::vector<double> shares;
+    for (std::size_t k = 0; k < variances.size(); ++k) {
+        // A pilot can miss the rare bright paths that pilots of other points found.
+        const double variance = std::max(variances[k], mean / all / 2);
+        sum += shares.emplace_back(std::cbrt(std::pow(weights[k] * variance, 2)));
+    }
+    PathCounts counts;
+    double factor = wanted > 0 ? std::sqrt(sum) / wanted : 0;
+    const double largest = sum > 0 ? most_mean_path_samples * double(variances.size()) / sum : 0;
+    counts.are_limited = !(factor < largest);
+    factor = std::min(factor, largest);
+    for (const double share : shares)
+        // Powers of two, for which Sobol points are well distributed.
+        counts.by_point.push_back(std::bit_ceil(std::uint32_t(
+            std::clamp(factor * share, double(least_path_samples), double(most_path_samples)))));
+    return counts;
 }
 
 /// A point that can be shaded, and what it displays.
@@ -205,12 +250,16 @@ struct BakeErrorMeter::State {
                    progress));
         std::vector<double> variances(traced);
         for (std::size_t k = 0; k < traced; ++k) variances[k] = pilot_samples * variance_of(pilot[k]);
-        const std::vector<std::uint32_t> samples = path_samples(variances, traced_weights, accuracy);
-        HF_TRY(const Pairs indirect,
-               estimates<2>(
-                   traced,
-                   [&](std::size_t k, std::uint32_t seed) { return indirect_error(k, samples[k], seed); },
-                   progress));
+        const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
+        Pairs indirect;
+        for (double goal = wanted;; goal /= 4) {
+            const PathCounts samples = path_counts(variances, traced_weights, goal);
+            const auto by_paths = [&](std::size_t k, std::uint32_t seed) {
+                return indirect_error(k, samples.by_point[k], seed);
+            };
+            HF_TRY(indirect, estimates<2>(traced, by_paths, progress));
+            if (samples.are_limited || product_deviation(indirect, traced_weights) <= 2 * wanted) break;
+        }
         for (std::size_t k = 0; k < indirect.size(); ++k) {
             Reference& reference = result[k];
             reference.has_indirect = true;
@@ -220,38 +269,6 @@ struct BakeErrorMeter::State {
         }
         return result;
     }
-
-    /// Chooses numbers of paths for which the noise of the mean product of two estimates is small, with few
-    /// paths in total. The variance of that mean is the sum of (weight * variance / paths)^2.
-    ///
-    /// variances  of one path, by point.
-    std::vector<std::uint32_t> path_samples(std::span<const double> variances,
-                                            std::span<const double> weights, double accuracy) const {
-        double mean = 0, all = 0;
-        for (std::size_t k = 0; k < variances.size(); ++k) {
-            mean += weights[k] * variances[k];
-            all += weights[k];
-        }
-        // The pilot misses rare bright paths; points like it have some.
-        std::vector<double> shares(variances.size());
-        double sum = 0;
-        for (std::size_t k = 0; k < variances.size(); ++k) {
-            shares[k] =
-                std::cbrt(std::pow(weights[k] * std::max(variances[k], all > 0 ? mean / all / 4 : 0), 2));
-            sum += shares[k];
-        }
-        const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
-        double factor = wanted > 0 ? std::sqrt(sum) / wanted : 0;
-        if (sum > 0) factor = std::min(factor, most_mean_path_samples * double(variances.size()) / sum);
-        std::vector<std::uint32_t> result;
-        for (const double share : shares)
-            // Powers of two, for which Sobol points are well distributed.
-            result.push_back(std::bit_ceil(std::uint32_t(
-                std::clamp(factor * share, double(least_path_samples), double(most_path_samples)))));
-        return result;
-    }
-
-    using Pairs = std::vector<std::array<Vec3d, 2>>;
 
     /// Returns independent estimates by point.
     ///
