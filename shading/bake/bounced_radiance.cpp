@@ -11,6 +11,8 @@
 namespace haarfield {
 namespace {
 
+constexpr int gathering_rays_per_direction = 8;
+
 Outgoing outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
                   const Rgb& irradiance) {
     const ShadingPoint at = shading_point(shading.scene, shading.scene.instances[instance], point);
@@ -59,7 +61,10 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
                                  reflectances, progress));
     bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
     if (!bounced) return bounced.error();
-    return indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
+    IndirectLight light =
+        indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
+    light.gathering_rays = gathering_rays_per_direction * bounces.directions;
+    return light;
 }
 
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
@@ -108,6 +113,22 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
         },
         "indirect light", progress));
     return result;
+}
+
+Result<Done> gather_irradiance(const PointShading& direct, const VertexMask& wanted, IndirectLight& indirect,
+                               const Progress& progress) {
+    const ShadedScene& scene = direct.scene;
+    return visit_vertices(
+        scene, direct.geometry.orders(),
+        [&]() -> VertexVisitor {
+            return [&](std::size_t instance, std::uint32_t vertex) {
+                if (wanted[instance][vertex])
+                    indirect.irradiance[instance][vertex] = indirect.irradiance_at(
+                        scene, instance,
+                        surface_point(scene.entities[scene.instances[instance].entity], vertex));
+            };
+        },
+        "indirect light", progress);
 }
 
 Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& radiance,

@@ -59,6 +59,13 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
                                                 std::span<const InstancePoint> points,
                                                 const Progress& progress = {});
 
+/// Replaces the irradiance of vertices by that of IndirectLight::irradiance_at.
+///
+/// cost    that of irradiance_at for each wanted vertex.
+/// errors  interrupted; the indirect light must then be discarded.
+Result<Done> gather_irradiance(const PointShading& direct, const VertexMask& wanted, IndirectLight& indirect,
+                               const Progress& progress = {});
+
 /// Adds the indirect light of the shading to the radiance of vertices.
 Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& radiance,
                                    const Progress& progress = {});

@@ -229,11 +229,12 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
         before = error;
         settings.bounces.directions *= 4;
     }
+    const VertexMask displayed = displayed_vertices(direct.scene, population);
+    if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();
     if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
     HF_TRY_DONE(Search(shading, target, *meter, measured)(
-        radiant_fine_meshes(direct.scene, std::move(radiance)), displayed_vertices(direct.scene, population),
-        bake, progress));
+        radiant_fine_meshes(direct.scene, std::move(radiance)), displayed, bake, progress));
     return bake;
 }
 

@@ -34,10 +34,6 @@ public:
     std::optional<SurfaceHit> first_hit(const ShadedScene& scene, const Vec3f& from,
                                         const Vec3f& direction) const;
 
-    /// Projects a point near an entity's surface onto this surface, along -normal. Arguments are in the frame
-    /// of the entity. `instance` of the hit is 0.
-    std::optional<SurfaceHit> below(std::size_t entity, const Vec3f& from, const Vec3f& normal) const;
-
 private:
     InstancedTriangles triangles_;
 };

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
+#include "fields/base/spiral.h"
 #include "shading/bounces/lobe_rays.h"
 #include "shading/scene/vertex_loop.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 namespace {
@@ -103,6 +106,9 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
     transport.smooth(bounced.irradiance);
     store_radiance(scene, geometry, bounced.irradiance, result.irradiance);
     store_radiance(scene, geometry, bounced.radiance, result.radiance);
+    const PlacedFill fill(scene);
+    fill(result.irradiance);
+    fill(result.radiance);
     result.bounces = bounced.bounces;
     result.left_out = bounced.left_out;
     result.transport_bytes = transport.bytes();
@@ -111,11 +117,24 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
 
 Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
                                  const SurfacePoint& point) const {
-    const std::size_t entity = scene.instances[instance].entity;
-    std::optional<SurfaceHit> hit = surface->below(entity, point.sample, point.normal);
-    if (!hit || hit->is_back)
-        hit = surface->below(entity, point.sample, (point.sample - point.position).normalized());
-    return hit ? between(irradiance[instance], mesh_of(scene, instance), *hit) : Rgb(0.0f);
+    const Placement& placement = scene.instances[instance].placement;
+    const Vec3f from = placement.point_to_world(point.sample),
+                normal = placement.direction_to_world(point.normal);
+    const Axes<Vec3f> axes = axes_across(normal);
+    Rgb sum(0.0f);
+    for (int k = 0; k < gathering_rays; ++k) {
+        const Vec3d upright = spiral_direction(std::size_t(k), std::sqrt((double(k) + 0.5) / gathering_rays));
+        const Vec3f direction =
+            axes.across * float(upright.x) + axes.up * float(upright.y) + normal * float(upright.z);
+        sum += radiance_along(scene, from, direction);
+    }
+    return sum * static_cast<float>(pi / gathering_rays);
+}
+
+Rgb IndirectLight::radiance_along(const ShadedScene& scene, const Vec3f& from, const Vec3f& direction) const {
+    const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction);
+    if (!hit || hit->is_back) return Rgb(0.0f);
+    return between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit);
 }
 
 Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,
@@ -124,10 +143,8 @@ Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, co
     if (brdf.specular == Rgb(0.0f)) return {diffuse};
     Rgb sum(0.0f);
     visit_lobe_rays(brdf, [&](const LobeRay& ray) {
-        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, ray.direction);
-        if (!hit || hit->is_back) return;
         const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
-        sum += between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit) * tint * ray.weight;
+        sum += radiance_along(scene, from, ray.direction) * tint * ray.weight;
     });
     return {diffuse, sum * brdf.specular};
 }

@@ -43,11 +43,15 @@ struct IndirectLight {
     int bounces = 0;                  ///< BouncedLight::bounces.
     double left_out = 0;              ///< BouncedLight::left_out.
     std::size_t transport_bytes = 0;  ///< Memory of the transport matrix. [bytes]
+    int gathering_rays = 256;         ///< Of irradiance_at.
 
-    /// Returns the irradiance at a point between vertices, interpolated in the triangle below it.
+    /// Gathers the irradiance of a point from the diffuse radiance of the surfaces around it. Next to other
+    /// surfaces it is more accurate than interpolation between vertices, which are too far apart there.
     ///
-    /// point  in the frame of the entity.
-    /// cost   about 0.2 us.
+    /// point     in the frame of the entity.
+    /// accuracy  the rays have the same directions at all points of a plane, so that errors vary slowly: 2 %
+    ///           with 256 rays.
+    /// cost      about 0.2 us per ray.
     Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const;
 
     /// Computes the radiance of a point by indirect light. Specular lobes reflect diffuse radiance only.
@@ -58,9 +62,14 @@ struct IndirectLight {
     /// cost      about 5 us per lobe.
     Outgoing outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,
                       const Rgb& arriving) const;
+
+private:
+    /// Returns the diffuse radiance of the surface in a direction; black if there is none.
+    Rgb radiance_along(const ShadedScene& scene, const Vec3f& from, const Vec3f& direction) const;
 };
 
-/// Smooths the irradiance of bounced light and assigns it to the vertices of the scene.
+/// Smooths the irradiance of bounced light and assigns it to the vertices of the scene. Hidden vertices
+/// (LightTransport) get the mean of their neighbours.
 ///
 /// cost  that of LightTransport::smooth.
 IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& geometry,

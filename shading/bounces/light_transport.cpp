@@ -9,6 +9,7 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bounces/cosine_directions.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 namespace {
@@ -29,6 +30,43 @@ float scattered(std::uint64_t x) {
     x *= 0xc4ceb9fe1a85ec53ULL;
     x ^= x >> 33;
     return float(x >> 40) / float(1 << 24);
+}
+
+/// Returns 1 for each hidden row.
+std::vector<std::uint8_t> hidden_rows(const ShadedScene& scene, const ShadingGeometry& geometry) {
+    const PlacedSolids solids(scene);
+    const VertexRows rows(scene, geometry);
+    std::vector<std::uint8_t> result;
+    result.reserve(rows.count());
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        const std::vector<std::uint8_t> buried =
+            solids.buried_vertices(scene, i, *entity.mesh, entity.occlusion->samples());
+        for (const std::uint32_t v : rows.vertices(i)) result.push_back(buried[v]);
+    }
+    return result;
+}
+
+/// Returns the barycentric weights of the corners that are not hidden; of all corners if all are.
+///
+/// corners  their rows.
+std::array<float, 3> corner_weights(const SurfaceHit& hit, const std::array<std::size_t, 3>& corners,
+                                    std::span<const std::uint8_t> hidden) {
+    std::array<float, 3> weights = hit.weights();
+    float sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (hidden[corners[c]]) weights[c] = 0;
+        sum += weights[c];
+    }
+    return sum > 0 ? weights : hit.weights();
+}
+
+/// Chooses a corner by its weight.
+///
+/// number  in [0, 1).
+std::size_t drawn_corner(const std::array<float, 3>& weights, float number) {
+    const float drawn = number * (weights[0] + weights[1] + weights[2]);
+    return drawn < weights[1] ? 1 : drawn < weights[1] + weights[2] || weights[0] <= 0 ? 2 : 0;
 }
 
 }  // namespace
@@ -104,9 +142,9 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
     const std::vector<std::vector<std::uint32_t>> place = row_places(scene, geometry);
     // Traces the rays of a row and appends its entries to `sources`.
     const auto shoot_row = [&](std::size_t row, std::uint32_t count, std::vector<std::uint32_t>& sources) {
-        const InstanceVertex at = rows[row];
         nearness_[row] = 0;
-        if (rows.is_buried(at)) return;
+        if (hidden_[row]) return;
+        const InstanceVertex at = rows[row];
         const ShadedInstance& instance = scene.instances[at.instance];
         const ShadedEntity& entity = scene.entities[instance.entity];
         const Vec3f normal = instance.placement.direction_to_world(entity.mesh->normals[at.vertex]),
@@ -123,12 +161,13 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
             if (!hit) continue;
             nearness += 1 / double(std::max(hit->distance, 1e-12f));
             if (hit->is_back) continue;
-            const float drawn = scattered(number);
-            const std::size_t corner = drawn < hit->u ? 1 : drawn < hit->u + hit->v ? 2 : 0;
             const std::size_t met = scene.instances[hit->instance].entity;
+            std::array<std::size_t, 3> corners{};
+            for (std::size_t c = 0; c < 3; ++c)
+                corners[c] = rows.first(hit->instance) +
+                             place[met][scene.entities[met].mesh->triangles[hit->triangle][c]];
             sources.push_back(static_cast<std::uint32_t>(
-                rows.first(hit->instance) +
-                place[met][scene.entities[met].mesh->triangles[hit->triangle][corner]]));
+                corners[drawn_corner(corner_weights(*hit, corners, hidden_), scattered(number))]));
         }
         nearness_[row] = static_cast<float>(nearness / count);
     };
@@ -169,6 +208,7 @@ Result<LightTransport> LightTransport::make(const ShadedScene& scene, const Shad
     made.nearness_.assign(rows, 0.0f);
     made.directions_.assign(rows, 0);
     made.blocks_.resize((rows + block_rows - 1) / block_rows);
+    made.hidden_ = hidden_rows(scene, geometry);
     const std::vector<std::uint16_t> all(rows, static_cast<std::uint16_t>(directions));
     HF_TRY_DONE(made.shoot(scene, geometry, surface, all, progress));
     made.neighbours_.resize(scene.entities.size());
@@ -300,8 +340,13 @@ void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const 
                     if (steps[k] <= step) continue;
                     Rgb sum(0.0f);
                     const std::uint32_t first = k == 0 ? 0 : near.end[k - 1], end = near.end[k];
-                    for (std::uint32_t n = first; n < end; ++n) sum += mixed[near.place[n]];
-                    values[k] = (mixed[k] + sum / static_cast<float>(end - first)) * 0.5f;
+                    std::uint32_t count = 0;
+                    for (std::uint32_t n = first; n < end; ++n) {
+                        if (hidden_[run.first + near.place[n]]) continue;
+                        sum += mixed[near.place[n]];
+                        ++count;
+                    }
+                    if (count > 0) values[k] = (mixed[k] + sum / static_cast<float>(count)) * 0.5f;
                 }
             });
             // Rows that this step did not average are equal in both arrays.
@@ -313,7 +358,8 @@ void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const 
 }
 
 std::size_t LightTransport::bytes() const {
-    std::size_t sum = nearness_.size() * (sizeof nearness_[0] + sizeof directions_[0] + sizeof steps_[0]) +
+    std::size_t sum = nearness_.size() * (sizeof nearness_[0] + sizeof directions_[0] + sizeof steps_[0] +
+                                          sizeof hidden_[0]) +
                       blocks_.size() * sizeof blocks_[0];
     for (const Block& block : blocks_) sum += block.sources.capacity() * sizeof block.sources[0];
     for (const Neighbours& near : neighbours_)

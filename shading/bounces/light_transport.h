@@ -7,6 +7,9 @@
 /// cosine. Each ray that hits the front of a surface is an entry in the row of the vertex. An entry is only
 /// the index of a vertex: a corner of the hit triangle, chosen at random with its barycentric weight. Rows
 /// whose sum is uncertain have more directions.
+///
+/// Hidden rows are those of buried vertices and of vertices inside other instances. They have no entries, and
+/// rays that hit their triangles choose among the other corners.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -59,11 +62,13 @@ public:
     /// the distance to the hit surfaces (harmonic mean over the directions), because distant light varies
     /// slowly over a surface.
     ///
-    /// steps  maximum number of steps. A step averages each row with its nearest neighbours.
+    /// steps  maximum number of steps. A step averages each row with its nearest neighbours that are not
+    ///        hidden.
     /// cost   about 10 ns per row and step.
     void smooth(std::vector<Rgb>& irradiance, int steps = most_smoothing_steps) const;
 
-    /// True if no ray of the row hits a surface, so that the row receives no indirect light.
+    /// True if no ray of the row hits a surface, so that the row receives no indirect light. True for hidden
+    /// rows.
     bool is_empty(std::size_t row) const { return nearness_[row] == 0; }
 
     std::size_t bytes() const;  ///< Returns the memory that the matrix occupies. [bytes]
@@ -102,6 +107,7 @@ private:
     std::vector<float>
         nearness_;  ///< By row: mean of 1 / distance over the directions; 0 for those without hit. [1/m]
     std::vector<std::uint8_t> steps_;     ///< Number of smoothing steps, by row.
+    std::vector<std::uint8_t> hidden_;    ///< By row: 1 if it is hidden.
     std::vector<Neighbours> neighbours_;  ///< By entity.
     std::vector<Run> runs_;               ///< By instance.
 };

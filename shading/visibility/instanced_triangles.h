@@ -35,8 +35,6 @@ public:
 
     /// Returns the scene of the instances; geometry IDs are instance indices.
     RTCSceneTy* scene() const { return scene_.get(); }
-    /// Returns the scene of one entity, in its own frame.
-    RTCSceneTy* entity(std::size_t e) const { return entities_[e].get(); }
 
 private:
     EmbreeDevice device_;
