@@ -84,6 +84,13 @@ bool LiveScene::has_emitters() const {
     });
 }
 
+bool LiveScene::has_specular() const {
+    return std::ranges::any_of(entities_->entities, [](const auto& entity) {
+        return std::ranges::any_of(entity->materials,
+                                   [](const Material& material) { return material.specular != Rgb(0.0f); });
+    });
+}
+
 bool LiveScene::has_own_light(const Design& design) const {
     return !design.scene.lamps.empty() || has_emitters();
 }

@@ -83,6 +83,9 @@ public:
     /// True if lamps or surfaces emit light, which no exposure changes.
     bool has_own_light(const Design& design) const;
 
+    /// True if a material is specular, so that the radiance depends on the eye.
+    bool has_specular() const;
+
     /// True if expose() suffices: the session's radiance is that of the colours, and all of its light is that
     /// of the environment.
     bool can_expose(const Design& design) const {

@@ -1,11 +1,9 @@
 #pragma once
-/// A session: pages display a scene, and one of them edits it. The session processes messages, decides what
-/// to compute next, and reports the results.
+/// A session: pages display a scene, and one of them edits it. The session's thread distributes messages and
+/// decides what to compute next.
 
-#include "tools/view/light_shelf.h"
-#include "tools/view/messages.h"
-#include "tools/view/scene_assets.h"
-#include "tools/view/scene_file.h"
+#include "tools/view/scene_editor.h"
+#include "tools/view/session_pages.h"
 #include "tools/view/view_job.h"
 #include "tools/view/view_tasks.h"
 
@@ -15,20 +13,6 @@
 #include <thread>
 
 namespace haarfield {
-
-using PageId = std::uint64_t;
-
-/// Bytes that are sent to several pages.
-using SharedBytes = std::shared_ptr<const std::string>;
-
-/// The connection to the pages. Called from the session's threads, never after the session's end.
-struct Audience {
-    std::function<void(PageId, const std::string& text)> tell;
-    std::function<void(const std::string& text)> tell_all;
-    std::function<void(SharedBytes frame)> show_all;  ///< Replaces a frame that has not been sent yet.
-    std::function<void(PageId, SharedBytes frame)> show;
-    std::function<void(PageId)> shown;  ///< The page can receive another frame.
-};
 
 struct ViewSettings {
     RenderSettings render;  ///< The settings of `bake`.
@@ -68,11 +52,11 @@ private:
     using Clock = std::chrono::steady_clock;
 
     struct Arrival {
-        PageId page;
+        PageId page = 0;
         enum class What { message, joined, left, lights, task } what = What::message;
-        std::optional<Message> message;
-        std::string text;  ///< For `task`: the message to send.
-        Clock::time_point time;
+        std::optional<Message> message{};
+        std::string text{};  ///< For `task`: the message to send.
+        Clock::time_point time = Clock::now();
     };
 
     void run(const std::stop_token& stop);
@@ -80,72 +64,32 @@ private:
     void take_arrivals(std::deque<Arrival> arrivals);
     void take_message(const Arrival& arrival);
     Result<Done> take_content(PageId page, const Message& message);
-    Result<Done> make_edit(const Edit& edit, const Message& message, const Variation& hand);
-    Result<Done> take_lights(const NamedLights& lights, const Message& message);
-    Result<Done> take_place(const PartialPlace& place, const Message& message);
-    Result<Done> own_part(const EditPartMaterial& part, const Message& message);
-    Result<Done> take_look(const SetView& look, const Message& message);
-    void look_as_designed();
-    Result<Done> save(PageId page, const Save& save, const Message& message);
-    Result<Done> start_task(PageId page, const StartTask& task, const Message& message);
-    Result<Done> restore(const Message& message);
-    void decide_left_scene();
-    void autosave();
-    void tell_left_scene(PageId page) const;
+    Result<Done> start_task(PageId page, TaskKind kind);
     void make_picture();
-    void steer(PageId page);
 
     ViewJob next_job() const;
     bool ends(const Arrival& arrival, const ViewJob& job) const;
-    void take_specular();
     /// Runs work(), and turns exceptions into errors.
     Result<Done> guarded_work(const ViewJob& job, const Progress& progress);
     Result<Done> work(const ViewJob& job, const Progress& progress);
-    void show_colours(Exactness exactness);
     /// True if the colours are those of the present design.
     bool is_shown(bool with_exposure = true) const;
     void tell_trouble(const Error& error);
-    void tell_rest();
-    /// Sends the measured error to a page.
-    void tell_error(PageId page) const;
 
-    void tell_scene(PageId page) const;
-    void tell_state();
-    void tell_work(const char* doing, std::string_view stage, double share);
-    nlohmann::json state(bool all) const;
-
-    ViewSettings settings_;
     LightShelf& shelf_;
-    Audience audience_;
     LiveScene live_;
-    History history_;
+    SessionPages pages_;
+    SceneEditor editor_;
     Preview preview_;
     ViewTasks tasks_;
-    SceneFile file_;
-    Scene saved_;      ///< The scene as in its file, or in the file that was saved last.
-    Scene autosaved_;  ///< The scene as in the autosave file; `saved_` if there is none.
-    bool autosave_has_failed_ = false;
-    std::optional<Scene> left_;  ///< The autosaved scene of an earlier session, until a page decides.
 
     // Used by the session's thread alone.
-    std::vector<PageId> pages_;                  ///< The first page steers.
-    Camera window_;                              ///< The view of the steering page.
-    Variation hand_;                             ///< The variation of the last gesture.
-    Variation likely_{Variation::Of::light, 0};  ///< The likely variation of the next gesture.
-    std::optional<Design> shown_;                ///< The design that the displayed colours belong to.
+    std::optional<Design> shown_;  ///< The design that the displayed colours belong to.
     Exactness exactness_ = Exactness::moving;
-    std::optional<BakeError> error_;  ///< Of exact colours in the window, once it is measured.
-    std::optional<Design> told_;      ///< The state that the pages have.
-    bool sent_undo_ = false, sent_redo_ = false;
-    /// The design's camera differs from the last one that the steering page sent.
-    bool has_stepped_ = false;
+    std::optional<BakeError> error_;             ///< Of exact colours in the window, once it is measured.
     std::optional<std::uint64_t> failed_light_;  ///< Stamp of a light with which work has failed.
-    std::uint32_t frame_ = 0, last_message_ = 0;
-    MessageHead last_head_;  ///< Of the last applied message, for errors of the resulting work.
-    Clock::time_point message_time_, last_input_;
-    SharedBytes last_frame_;
-    std::pair<std::uint32_t, std::uint32_t> sent_still_;  ///< Message and frame.
-    std::vector<std::pair<PageId, bool>> pictures_;  ///< Requested pictures, made when the colours are exact.
+    Clock::time_point last_input_;
+    std::vector<PageId> pictures_;  ///< Pages that wait for a picture, made when the colours are exact.
 
     // Shared by all threads.
     std::atomic<bool> has_specular_ = true;  ///< True if colours depend on the eye.
@@ -154,9 +98,8 @@ private:
     std::deque<Arrival> arrivals_;
     ViewJob job_;                ///< The running job,
     std::stop_source stop_job_;  ///< and its stop source.
-    Clock::time_point sent_work_;
-    Vec3f last_eye_;       ///< In the messages that have arrived.
-    PageId steering_ = 0;  ///< The page whose messages end jobs: the first of pages_.
+    Vec3f last_eye_;             ///< In the messages that have arrived.
+    PageId steering_ = 0;        ///< The page whose messages end jobs.
 
     std::jthread thread_;  ///< Last, because it uses all other members.
 };
