@@ -63,6 +63,7 @@ struct SearchOutcome {
     std::size_t vertex_budget = 0;  ///< The budget that was used.
     bool fitted = false;
     int directions = 0;
+    int gathering_rays = 0;
     int face_size = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;

@@ -77,6 +77,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                     {{"vertex_budget", search.vertex_budget},
                      {"colours", search.fitted ? "fitted" : "sampled"},
                      {"directions", search.directions},
+                     {"gathering_rays", search.gathering_rays},
                      {"face_size", search.face_size},
                      {"shaded_points", search.shaded_points},
                      {"rounds", search.rounds}}}});

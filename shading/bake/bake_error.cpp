@@ -233,9 +233,23 @@ struct BakeErrorMeter::State {
             reference.direct = (direct[k][0] + direct[k][1]) * 0.5;
         }
         if (!shading.indirect) return result;
+        HF_TRY(const Pairs indirect, indirect_errors(points, accuracy, traced_weights, progress));
+        for (std::size_t k = 0; k < indirect.size(); ++k) {
+            Reference& reference = result[k];
+            reference.has_indirect = true;
+            reference.indirect_product = indirect[k][0].dot(indirect[k][1]);
+            reference.mixed_product = direct[k][0].dot(indirect[k][1]) + direct[k][1].dot(indirect[k][0]);
+            reference.indirect = (indirect[k][0] + indirect[k][1]) * 0.5;
+        }
+        return result;
+    }
+
+    /// Compares the indirect light of the first points with paths, as many as their noise requires.
+    Result<Pairs> indirect_errors(std::span<const ShadedPoint> points, double accuracy,
+                                  std::span<const double> weights, const Progress& progress) const {
         const PathTracer paths(shading.scene, *shading.indirect->surface, shading.geometry.rays,
                                shading.settings.sources);
-        const std::size_t traced = traced_weights.size();
+        const std::size_t traced = weights.size();
         const auto indirect_error = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
             const ShadedPoint& point = points[k];
             const ShadingPoint seen =
@@ -251,23 +265,14 @@ struct BakeErrorMeter::State {
         std::vector<double> variances(traced);
         for (std::size_t k = 0; k < traced; ++k) variances[k] = pilot_samples * variance_of(pilot[k]);
         const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
-        Pairs indirect;
         for (double goal = wanted;; goal /= 4) {
-            const PathCounts samples = path_counts(variances, traced_weights, goal);
+            const PathCounts samples = path_counts(variances, weights, goal);
             const auto by_paths = [&](std::size_t k, std::uint32_t seed) {
                 return indirect_error(k, samples.by_point[k], seed);
             };
-            HF_TRY(indirect, estimates<2>(traced, by_paths, progress));
-            if (samples.are_limited || product_deviation(indirect, traced_weights) <= 2 * wanted) break;
+            HF_TRY(Pairs errors, estimates<2>(traced, by_paths, progress));
+            if (samples.are_limited || product_deviation(errors, weights) <= 2 * wanted) return errors;
         }
-        for (std::size_t k = 0; k < indirect.size(); ++k) {
-            Reference& reference = result[k];
-            reference.has_indirect = true;
-            reference.indirect_product = indirect[k][0].dot(indirect[k][1]);
-            reference.mixed_product = direct[k][0].dot(indirect[k][1]) + direct[k][1].dot(indirect[k][0]);
-            reference.indirect = (indirect[k][0] + indirect[k][1]) * 0.5;
-        }
-        return result;
     }
 
     /// Returns independent estimates by point.

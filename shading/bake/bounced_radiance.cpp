@@ -11,8 +11,6 @@
 namespace haarfield {
 namespace {
 
-constexpr int gathering_rays_per_direction = 8;
-
 Outgoing outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
                   const Rgb& irradiance) {
     const ShadingPoint at = shading_point(shading.scene, shading.scene.instances[instance], point);
@@ -61,10 +59,7 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
                                  reflectances, progress));
     bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
     if (!bounced) return bounced.error();
-    IndirectLight light =
-        indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
-    light.gathering_rays = gathering_rays_per_direction * bounces.directions;
-    return light;
+    return indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
 }
 
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,

@@ -1,7 +1,10 @@
 #include "shading/bake/error_target.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "shading/bake/bounced_radiance.h"
 #include "shading/visibility/placed_solids.h"
@@ -16,6 +19,10 @@ constexpr double margin = 0.95;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
+/// The share of the target that the noise of gathered irradiance may have.
+constexpr double gathering_share = 0.25;
+constexpr int least_gathering_rays = 32, most_gathering_rays = 1024;
+constexpr std::size_t gathering_points = 128;
 /// Faces are larger while the error of direct light exceeds this share of the target.
 constexpr double largest_direct_share = 0.5;
 constexpr std::size_t face_size_points = 192;
@@ -193,6 +200,55 @@ Result<std::optional<SceneAtFaceSize>> chosen_face_size(const PointShading& dire
     return std::optional<SceneAtFaceSize>();
 }
 
+/// Chooses the fewest rays with which gathered irradiance is accurate enough, in comparison with many rays at
+/// some of the displayed points.
+///
+/// lit       with its indirect light.
+/// radiance  of the direct light, by instance and vertex.
+int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
+                          std::span<const DisplayedPoint> population, const SceneRadiance& radiance) {
+    struct GatheredPoint {
+        DisplayedPoint displayed;
+        SurfacePoint surface;
+        Rgb reflectance;  ///< Albedo / pi. [1/sr]
+        Rgb irradiance;   ///< By many rays. [W/m^2]
+    };
+    std::vector<GatheredPoint> points;
+    for (std::size_t k = 0; k < gathering_points && !population.empty(); ++k) {
+        const DisplayedPoint& displayed = population[k * population.size() / gathering_points];
+        const ShadedInstance& instance = lit.scene.instances[displayed.at.instance];
+        if (const auto at = surface_point(lit.scene.entities[instance.entity], displayed.at))
+            points.push_back({displayed, *at, shading_point(lit.scene, instance, *at).brdf.diffuse, {}});
+    }
+    tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
+        GatheredPoint& point = points[k];
+        point.irradiance = lit.indirect->irradiance_at(lit.scene, point.displayed.at.instance, point.surface,
+                                                       4 * most_gathering_rays);
+    });
+    double all = 0;
+    for (const GatheredPoint& point : points) {
+        const MeshPoint& at = point.displayed.at;
+        const auto& corners =
+            lit.scene.entities[lit.scene.instances[at.instance].entity].mesh->triangles[at.triangle];
+        Outgoing shown = interpolated(radiance[at.instance], corners, at.weights());
+        shown.diffuse += point.reflectance * point.irradiance;
+        all += point.displayed.displayed(shown).length2();
+    }
+    const double allowed = std::pow(gathering_share * target.error, 2) * all;
+    int rays = least_gathering_rays;
+    for (; rays < most_gathering_rays; rays *= 2) {
+        std::vector<double> errors(points.size());
+        tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
+            const GatheredPoint& point = points[k];
+            const Rgb found =
+                lit.indirect->irradiance_at(lit.scene, point.displayed.at.instance, point.surface, rays);
+            errors[k] = point.displayed.displayed({point.reflectance * (found - point.irradiance)}).length2();
+        });
+        if (std::accumulate(errors.begin(), errors.end(), 0.0) <= allowed) break;
+    }
+    return rays;
+}
+
 }  // namespace
 
 Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
@@ -218,6 +274,8 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
             bake.indirect.reset();
             HF_TRY(bake.indirect, scene_indirect_light(lit(), radiance, progress));
             bake.directions = settings.bounces.directions;
+            bake.gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
+            bake.indirect->gathering_rays = bake.gathering_rays;
         }
         meter.emplace(lit(), population);
         HF_TRY(measured, meter->shading_error(target.error, progress));

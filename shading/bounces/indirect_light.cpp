@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "fields/base/spiral.h"
 #include "shading/bounces/lobe_rays.h"
@@ -115,20 +116,25 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
     return result;
 }
 
-Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
-                                 const SurfacePoint& point) const {
+Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point,
+                                 int rays) const {
     const Placement& placement = scene.instances[instance].placement;
-    const Vec3f from = placement.point_to_world(point.sample),
-                normal = placement.direction_to_world(point.normal);
-    const Axes<Vec3f> axes = axes_across(normal);
+    const Vec3f from = placement.point_to_world(point.sample);
+    const Vec3d normal(placement.direction_to_world(point.normal));
+    const auto [across, up] = axes_across(normal);
+    // spiral_direction for each ray, with its sines by a recurrence.
+    const double turn_cosine = std::cos(golden_angle), turn_sine = std::sin(golden_angle);
+    double cosine = 1, sine = 0;
     Rgb sum(0.0f);
-    for (int k = 0; k < gathering_rays; ++k) {
-        const Vec3d upright = spiral_direction(std::size_t(k), std::sqrt((double(k) + 0.5) / gathering_rays));
-        const Vec3f direction =
-            axes.across * float(upright.x) + axes.up * float(upright.y) + normal * float(upright.z);
-        sum += radiance_along(scene, from, direction);
+    for (int k = 0; k < rays; ++k) {
+        const double square = (k + 0.5) / rays, around = std::sqrt(1 - square);
+        sum += radiance_along(
+            scene, from,
+            Vec3f(across * (around * cosine) + up * (around * sine) + normal * std::sqrt(square)));
+        cosine =
+            std::exchange(sine, sine * turn_cosine + cosine * turn_sine) * -turn_sine + cosine * turn_cosine;
     }
-    return sum * static_cast<float>(pi / gathering_rays);
+    return sum * static_cast<float>(pi / rays);
 }
 
 Rgb IndirectLight::radiance_along(const ShadedScene& scene, const Vec3f& from, const Vec3f& direction) const {

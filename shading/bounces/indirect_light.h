@@ -52,7 +52,12 @@ struct IndirectLight {
     /// accuracy  the rays have the same directions at all points of a plane, so that errors vary slowly: 2 %
     ///           with 256 rays.
     /// cost      about 0.2 us per ray.
-    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const;
+    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const {
+        return irradiance_at(scene, instance, point, gathering_rays);
+    }
+    /// Gathers with any number of rays.
+    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point,
+                      int rays) const;
 
     /// Computes the radiance of a point by indirect light. Specular lobes reflect diffuse radiance only.
     ///

@@ -155,7 +155,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
             const BakeError& said = baked.search->error;
             fmt::print(" {:>8.2f} {:>18} {:>8.2f} {:>8.2f} {:>8.2f} {:>6} {}", 100 * said.total,
                        fmt::format("{:.2f} to {:.2f}", 100 * said.low, 100 * said.high), 100 * said.between,
-                       100 * said.at_vertices, 100 * said.indirect, baked.search->directions,
+                       100 * said.at_vertices, 100 * said.indirect, baked.search->gathering_rays,
                        baked.search->fitted ? "fitted" : "sampled");
         }
         fmt::print("\n");
