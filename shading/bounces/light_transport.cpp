@@ -9,7 +9,7 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bounces/cosine_directions.h"
-#include "shading/visibility/placed_solids.h"
+#include "shading/bounces/hidden_rows.h"
 
 namespace haarfield {
 namespace {
@@ -30,21 +30,6 @@ float scattered(std::uint64_t x) {
     x *= 0xc4ceb9fe1a85ec53ULL;
     x ^= x >> 33;
     return float(x >> 40) / float(1 << 24);
-}
-
-/// Returns 1 for each hidden row.
-std::vector<std::uint8_t> hidden_rows(const ShadedScene& scene, const ShadingGeometry& geometry) {
-    const PlacedSolids solids(scene);
-    const VertexRows rows(scene, geometry);
-    std::vector<std::uint8_t> result;
-    result.reserve(rows.count());
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        const std::vector<std::uint8_t> buried =
-            solids.buried_vertices(scene, i, *entity.mesh, entity.occlusion->samples());
-        for (const std::uint32_t v : rows.vertices(i)) result.push_back(buried[v]);
-    }
-    return result;
 }
 
 /// Returns the barycentric weights of the corners that are not hidden; of all corners if all are.

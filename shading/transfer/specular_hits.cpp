@@ -6,6 +6,7 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bake/renderer.h"
+#include "shading/bounces/hidden_rows.h"
 #include "shading/bounces/lobe_rays.h"
 
 namespace haarfield {
@@ -34,19 +35,20 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
         }
     }
     const VertexRows rows(scene, geometry);
+    const std::vector<std::uint8_t> hidden = hidden_rows(scene, geometry);
     std::vector<std::uint32_t> specular;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
         for (std::size_t k = 0; k < rows.vertices(i).size(); ++k) {
             const InstanceVertex at{i, rows.vertices(i)[k]};
             if (entity.materials[entity.mesh->vertex_materials[at.vertex]].specular != Rgb(0.0f) &&
-                !rows.is_buried(at) && is_wanted(wanted, at))
+                !hidden[rows.first(i) + k] && is_wanted(wanted, at))
                 specular.push_back(static_cast<std::uint32_t>(rows.first(i) + k));
         }
     }
     if (specular.empty()) return result;
     const std::vector<std::vector<std::uint32_t>> places = row_places(scene, geometry);
-    // The corners of a triangle that is hit; without weight if all of them are buried.
+    // The corners of a triangle that is hit; without weight if all of them are hidden.
     const auto hit_at = [&](const SurfaceHit& hit, float weight) {
         const ShadedEntity& entity = scene.entities[scene.instances[hit.instance].entity];
         const auto& triangle = entity.mesh->triangles[hit.triangle];
@@ -57,7 +59,7 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
             const std::uint32_t vertex = triangle[k];
             made.rows[k] = static_cast<std::uint32_t>(rows.first(hit.instance) +
                                                       places[scene.instances[hit.instance].entity][vertex]);
-            if (entity.occlusion->samples().buried[vertex] != 0) weights[k] = 0;
+            if (hidden[made.rows[k]]) weights[k] = 0;
             open += weights[k];
         }
         if (!(open > 0)) return made;

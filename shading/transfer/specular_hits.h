@@ -32,8 +32,8 @@ public:
     ///
     /// radiance   diffuse outgoing radiance, by row. [W/(m^2 sr)]
     /// reflected  by row. [W/(m^2 sr)]
-    /// accuracy   that of IndirectLight::outgoing. Buried corners of triangles do not contribute; the weights
-    ///            of the other corners are scaled.
+    /// accuracy   that of IndirectLight::outgoing. Hidden corners of triangles (hidden_rows) do not
+    ///            contribute; the weights of the others are scaled.
     /// cost       about 10 ns per hit, on all of oneTBB's threads.
     void reflect(std::span<const Rgb> radiance, std::span<Rgb> reflected, std::size_t first = 0,
                  std::size_t stride = 1) const;

@@ -34,6 +34,8 @@ template <class... Functions>
 struct Overloads : Functions... {
     using Functions::operator()...;
 };
+template <class... Functions>
+Overloads(Functions...) -> Overloads<Functions...>;  // clang deduces aggregates since version 17 only
 
 }  // namespace
 
@@ -55,48 +57,48 @@ Result<WindowChange> SceneEditor::make_edit(const Edit& edit, const Message& mes
 
 Result<WindowChange> SceneEditor::apply(PageId page, const Message& message) {
     const Variation light{Variation::Of::light, 0}, nothing;
-    const Result<WindowChange> unchanged = WindowChange::none;
+    const auto unchanged = [] { return Result<WindowChange>(WindowChange::none); };
     const auto step = [&](bool has_stepped) -> Result<WindowChange> {
         if (!has_stepped) return Error{"", "there is nothing more to take back or to do again"};
         hand_ = {};
         return look_as_designed();
     };
-    return std::visit(Overloads{
-                          [&](const TurnLight& edit) { return make_edit(edit, message, light); },
-                          [&](const MixLights& edit) { return make_edit(edit, message, light); },
-                          [&](const SetSky& edit) { return make_edit(edit, message, light); },
-                          [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
-                          [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
-                          [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
-                          [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
-                          [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
-                          [&](const EditPartMaterial& part) { return own_part(part, message); },
-                          [&](const NamedLights& lights) { return take_lights(lights, message); },
-                          [&](const PartialPlace& place) { return take_place(place, message); },
-                          [&](const SetView& look) { return take_look(look, message); },
-                          [&](const Select& selected) -> Result<WindowChange> {
-                              if (selected.object && !place_of(history_.now(), *selected.object))
-                                  return Error{"", fmt::format("there is no object {}", *selected.object)};
-                              if (selected.object) likely_ = {Variation::Of::object, *selected.object};
-                              return unchanged;
-                          },
-                          [&](const StepBack&) { return step(history_.undo()); },
-                          [&](const StepOn&) { return step(history_.redo()); },
-                          [&](const Save& file) { return save(page, file, message); },
-                          [&](const Restore&) { return restore(message); },
-                          [&](const Discard&) -> Result<WindowChange> {
-                              left_.reset();
-                              for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
-                              HF_TRY_DONE(file_.autosave(nullptr));
-                              return unchanged;
-                          },
-                          // ViewSession processes these.
-                          [&](const StartTask&) { return unchanged; },
-                          [&](const CancelTask&) { return unchanged; },
-                          [&](const Steer&) { return unchanged; },
-                          [&](const FrameDisplayed&) { return unchanged; },
-                      },
-                      message.content);
+    const Overloads change{
+        [&](const TurnLight& edit) { return make_edit(edit, message, light); },
+        [&](const MixLights& edit) { return make_edit(edit, message, light); },
+        [&](const SetSky& edit) { return make_edit(edit, message, light); },
+        [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
+        [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
+        [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
+        [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
+        [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
+        [&](const EditPartMaterial& part) { return own_part(part, message); },
+        [&](const NamedLights& lights) { return take_lights(lights, message); },
+        [&](const PartialPlace& place) { return take_place(place, message); },
+        [&](const SetView& look) { return take_look(look, message); },
+        [&](const Select& selected) -> Result<WindowChange> {
+            if (selected.object && !place_of(history_.now(), *selected.object))
+                return Error{"", fmt::format("there is no object {}", *selected.object)};
+            if (selected.object) likely_ = {Variation::Of::object, *selected.object};
+            return unchanged();
+        },
+        [&](const StepBack&) { return step(history_.undo()); },
+        [&](const StepOn&) { return step(history_.redo()); },
+        [&](const Save& file) { return save(page, file, message); },
+        [&](const Restore&) { return restore(message); },
+        [&](const Discard&) -> Result<WindowChange> {
+            left_.reset();
+            for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
+            HF_TRY_DONE(file_.autosave(nullptr));
+            return unchanged();
+        },
+        // ViewSession processes these.
+        [&](const StartTask&) { return unchanged(); },
+        [&](const CancelTask&) { return unchanged(); },
+        [&](const Steer&) { return unchanged(); },
+        [&](const FrameDisplayed&) { return unchanged(); },
+    };
+    return std::visit(change, message.content);
 }
 
 Result<WindowChange> SceneEditor::take_lights(const NamedLights& lights, const Message& message) {
