@@ -125,6 +125,25 @@ TEST(Bounces, AgreeWithPathTracing) {
     EXPECT_NEAR(mean / (pi * (2.0 / 3 / 0.8 - 0.5)), 1, 0.01);
 }
 
+TEST(Bounces, PathsInAnEmittingFurnaceHaveTheClosedForm) {
+    // Every wall of a closed box emits radiance 2: E = pi 2 (a + a^2 + ...), by light that was reflected.
+    constexpr float albedo = 0.6f;
+    const Mesh walls = inside_out(box_mesh({-1, -1, -1}, {1, 1, 1}, 3));
+    Bouncing furnace(walls, matte(albedo));
+    for (const auto& [a, b, c] : walls.triangles)
+        furnace.scene.entities[0].emitters.push_back(
+            {{walls.positions[a], walls.positions[b], walls.positions[c]}, Rgb(2.0f)});
+    const PathTracer tracer(furnace.scene, furnace.surface(), furnace.geometry().rays);
+    double mean = 0;
+    constexpr std::uint32_t points = 40;
+    for (std::uint32_t v = 0; v < points; ++v) {
+        const std::uint32_t at = v * 2 % static_cast<std::uint32_t>(walls.positions.size());
+        const Vec3f from = furnace.scene.entities[0].occlusion->samples().points[at] * 0.98f;
+        mean += double(tracer.indirect_irradiance(from, walls.normals[at], 0, 4096, v).irradiance.x) / points;
+    }
+    EXPECT_NEAR(mean / (pi * 2 * albedo / (1 - albedo)), 1, 0.01);
+}
+
 TEST(Bounces, VerticesInsideOtherInstancesReflectNoBlack) {
     // A box that is sunk into a coarse floor: many of the rays from its walls hit triangles of the floor that
     // have corners inside the box.

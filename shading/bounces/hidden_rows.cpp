@@ -18,4 +18,12 @@ std::vector<std::uint8_t> hidden_rows(const ShadedScene& scene, const ShadingGeo
     return result;
 }
 
+std::array<float, 3> open_weights(const SurfaceHit& hit, const std::array<std::uint32_t, 3>& corners,
+                                  std::span<const std::uint8_t> hidden) {
+    std::array<float, 3> weights = hit.weights();
+    for (std::size_t k = 0; k < 3; ++k)
+        if (hidden[corners[k]]) weights[k] = 0;
+    return weights;
+}
+
 }  // namespace haarfield

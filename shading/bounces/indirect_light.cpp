@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "fields/base/spiral.h"
 #include "shading/bounces/lobe_rays.h"
 #include "shading/scene/vertex_loop.h"
-#include "shading/visibility/placed_solids.h"
+#include "shading/visibility/buried_fill.h"
 
 namespace haarfield {
 namespace {
@@ -24,6 +23,22 @@ Rgb between(const std::vector<Rgb>& values, const Mesh& mesh, const SurfaceHit& 
 
 const Mesh& mesh_of(const ShadedScene& scene, std::size_t instance) {
     return *scene.entities[scene.instances[instance].entity].mesh;
+}
+
+/// Extrapolates the light of an instance to its hidden vertices where some lie inside other instances.
+void fill_hidden(const ShadedScene& scene, const ShadingGeometry& geometry,
+                 std::span<const std::uint8_t> hidden, IndirectLight& light) {
+    const VertexRows rows(scene, geometry);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        std::vector<std::uint8_t> by_vertex(rows.vertices(i).size());
+        for (std::size_t k = 0; k < by_vertex.size(); ++k)
+            by_vertex[rows.vertices(i)[k]] = hidden[rows.first(i) + k];
+        if (by_vertex == entity.occlusion->samples().buried) continue;
+        const BuriedFill fill(*entity.mesh, by_vertex);
+        fill(light.irradiance[i]);
+        fill(light.radiance[i]);
+    }
 }
 
 }  // namespace
@@ -107,9 +122,7 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
     transport.smooth(bounced.irradiance);
     store_radiance(scene, geometry, bounced.irradiance, result.irradiance);
     store_radiance(scene, geometry, bounced.radiance, result.radiance);
-    const PlacedFill fill(scene);
-    fill(result.irradiance);
-    fill(result.radiance);
+    fill_hidden(scene, geometry, transport.hidden(), result);
     result.bounces = bounced.bounces;
     result.left_out = bounced.left_out;
     result.transport_bytes = transport.bytes();
@@ -131,8 +144,9 @@ Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
         sum += radiance_along(
             scene, from,
             Vec3f(across * (around * cosine) + up * (around * sine) + normal * std::sqrt(square)));
-        cosine =
-            std::exchange(sine, sine * turn_cosine + cosine * turn_sine) * -turn_sine + cosine * turn_cosine;
+        const double turned = cosine * turn_cosine - sine * turn_sine;
+        sine = sine * turn_cosine + cosine * turn_sine;
+        cosine = turned;
     }
     return sum * static_cast<float>(pi / rays);
 }

@@ -32,25 +32,16 @@ float scattered(std::uint64_t x) {
     return float(x >> 40) / float(1 << 24);
 }
 
-/// Returns the barycentric weights of the corners that are not hidden; of all corners if all are.
+/// Chooses a corner that is not hidden by its weight; any corner if all are hidden.
 ///
 /// corners  their rows.
-std::array<float, 3> corner_weights(const SurfaceHit& hit, const std::array<std::size_t, 3>& corners,
-                                    std::span<const std::uint8_t> hidden) {
-    std::array<float, 3> weights = hit.weights();
-    float sum = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-        if (hidden[corners[c]]) weights[c] = 0;
-        sum += weights[c];
-    }
-    return sum > 0 ? weights : hit.weights();
-}
-
-/// Chooses a corner by its weight.
-///
-/// number  in [0, 1).
-std::size_t drawn_corner(const std::array<float, 3>& weights, float number) {
-    const float drawn = number * (weights[0] + weights[1] + weights[2]);
+/// number   in [0, 1).
+std::size_t drawn_corner(const SurfaceHit& hit, const std::array<std::uint32_t, 3>& corners,
+                         std::span<const std::uint8_t> hidden, float number) {
+    const auto sum = [](const std::array<float, 3>& weights) { return weights[0] + weights[1] + weights[2]; };
+    std::array<float, 3> weights = open_weights(hit, corners, hidden);
+    if (!(sum(weights) > 0)) weights = hit.weights();
+    const float drawn = number * sum(weights);
     return drawn < weights[1] ? 1 : drawn < weights[1] + weights[2] || weights[0] <= 0 ? 2 : 0;
 }
 
@@ -147,12 +138,12 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
             nearness += 1 / double(std::max(hit->distance, 1e-12f));
             if (hit->is_back) continue;
             const std::size_t met = scene.instances[hit->instance].entity;
-            std::array<std::size_t, 3> corners{};
+            std::array<std::uint32_t, 3> corners{};
             for (std::size_t c = 0; c < 3; ++c)
-                corners[c] = rows.first(hit->instance) +
-                             place[met][scene.entities[met].mesh->triangles[hit->triangle][c]];
-            sources.push_back(static_cast<std::uint32_t>(
-                corners[drawn_corner(corner_weights(*hit, corners, hidden_), scattered(number))]));
+                corners[c] = static_cast<std::uint32_t>(
+                    rows.first(hit->instance) +
+                    place[met][scene.entities[met].mesh->triangles[hit->triangle][c]]);
+            sources.push_back(corners[drawn_corner(*hit, corners, hidden_, scattered(number))]);
         }
         nearness_[row] = static_cast<float>(nearness / count);
     };

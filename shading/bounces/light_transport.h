@@ -71,6 +71,7 @@ public:
     /// rows.
     bool is_empty(std::size_t row) const { return nearness_[row] == 0; }
 
+    std::span<const std::uint8_t> hidden() const { return hidden_; }  ///< That of hidden_rows.
     std::size_t bytes() const;  ///< Returns the memory that the matrix occupies. [bytes]
 
 private:

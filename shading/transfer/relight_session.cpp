@@ -152,7 +152,8 @@ Result<const BounceRays*> RelightSession::current_rays(const Progress& progress)
 Result<const SpecularHits*> RelightSession::current_hits(const Progress& progress) {
     if (const SpecularHits* known = hits_.find(inputs_)) return known;
     HF_TRY(const BounceRays* rays, current_rays(progress));
-    HF_TRY(SpecularHits made, SpecularHits::make(scene(), *geometry_, *rays->surface, nullptr, progress));
+    HF_TRY(SpecularHits made, SpecularHits::make(scene(), *geometry_, *rays->surface,
+                                                 rays->transport.hidden(), nullptr, progress));
     return &hits_.store(std::move(made), inputs_);
 }
 
@@ -610,8 +611,8 @@ Result<SceneColours> RelightSession::reflections(std::span<const Rgb> diffuse, c
     std::optional<SpecularHits> some;
     if (!hits && vertices) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
-        HF_TRY(SpecularHits made,
-               SpecularHits::make(scene(), *geometry_, *rays->surface, vertices, progress));
+        HF_TRY(SpecularHits made, SpecularHits::make(scene(), *geometry_, *rays->surface,
+                                                     rays->transport.hidden(), vertices, progress));
         hits = &some.emplace(std::move(made));
     } else if (!hits) {
         HF_TRY(const SpecularHits* made, current_hits(progress));

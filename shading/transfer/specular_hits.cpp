@@ -21,8 +21,8 @@ bool is_wanted(const VertexMask* wanted, const InstanceVertex& at) {
 }  // namespace
 
 Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                        const FineSurface& surface, const VertexMask* wanted,
-                                        const Progress& progress) {
+                                        const FineSurface& surface, std::span<const std::uint8_t> hidden,
+                                        const VertexMask* wanted, const Progress& progress) {
     SpecularHits result;
     std::vector<std::uint32_t> first_material;
     bool has_metals = false;
@@ -35,7 +35,6 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
         }
     }
     const VertexRows rows(scene, geometry);
-    const std::vector<std::uint8_t> hidden = hidden_rows(scene, geometry);
     std::vector<std::uint32_t> specular;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
@@ -50,18 +49,13 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
     const std::vector<std::vector<std::uint32_t>> places = row_places(scene, geometry);
     // The corners of a triangle that is hit; without weight if all of them are hidden.
     const auto hit_at = [&](const SurfaceHit& hit, float weight) {
-        const ShadedEntity& entity = scene.entities[scene.instances[hit.instance].entity];
-        const auto& triangle = entity.mesh->triangles[hit.triangle];
-        std::array<float, 3> weights = hit.weights();
-        float open = 0;
+        const std::size_t entity = scene.instances[hit.instance].entity;
+        const auto& triangle = scene.entities[entity].mesh->triangles[hit.triangle];
         Hit made{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t vertex = triangle[k];
-            made.rows[k] = static_cast<std::uint32_t>(rows.first(hit.instance) +
-                                                      places[scene.instances[hit.instance].entity][vertex]);
-            if (hidden[made.rows[k]]) weights[k] = 0;
-            open += weights[k];
-        }
+        for (std::size_t k = 0; k < 3; ++k)
+            made.rows[k] = static_cast<std::uint32_t>(rows.first(hit.instance) + places[entity][triangle[k]]);
+        const std::array<float, 3> weights = open_weights(hit, made.rows, hidden);
+        const float open = weights[0] + weights[1] + weights[2];
         if (!(open > 0)) return made;
         for (std::size_t k = 0; k < 2; ++k)
             made.fraction[k] = static_cast<std::uint16_t>(

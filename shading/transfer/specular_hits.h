@@ -16,13 +16,14 @@ public:
     /// Traces the rays towards the scene's eye.
     ///
     /// surface  placed like the scene.
+    /// hidden   that of hidden_rows.
     /// wanted   vertices with reflections; null: all.
     /// cost     about 5 us per specular vertex and lobe, on all of oneTBB's threads; 20 bytes per hit, at
     ///          most 24 hits per lobe.
     /// errors   interrupted.
     static Result<SpecularHits> make(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                     const FineSurface& surface, const VertexMask* wanted = nullptr,
-                                     const Progress& progress = {});
+                                     const FineSurface& surface, std::span<const std::uint8_t> hidden,
+                                     const VertexMask* wanted = nullptr, const Progress& progress = {});
 
     /// True if no ray has hit a surface.
     bool is_empty() const { return blocks_.empty(); }
