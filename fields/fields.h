@@ -8,7 +8,7 @@
 /// from every vertex of its surface. Each sample is a cubemap: 1 where a direction is unoccluded, 0 where the
 /// mesh blocks it. The library rasterizes the cubemaps on the processor and tests eight directions per texel.
 /// It transforms each cubemap into six quadtrees of Haar wavelets and drops small coefficients. The
-/// visibility at any other point is interpolated. A field is stored in an OpenVDB file with checksums. It
+/// visibility at any other point is interpolated. A field is stored as the grids of an OpenVDB file. It
 /// depends on the mesh, including holes that the alpha of images cuts, but not on lighting, colours or
 /// placement.
 ///

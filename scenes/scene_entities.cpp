@@ -158,7 +158,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
     HF_TRY(LibraryField found, library_field(options.fields_folder, entity.name,
                                              is_whole ? field_keys(entity.mesh, settings)
                                                       : surroundings_keys(entity.mesh, settings),
-                                             options.unsealed, make, progress));
+                                             make, progress));
     if (found.field.local_handles.size() != (is_whole ? entity.mesh.fine.positions.size() : 0))
         return Error{found.file.string(), "found a field of another mesh; expected the mesh of its key"};
     entity.field = std::move(found.field);

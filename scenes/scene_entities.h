@@ -64,7 +64,6 @@ struct SceneEntityOptions {
     /// back sides. Duplicates are kept, and vertices are repeated where normals or materials differ.
     /// Entity::fine_vertices has no effect.
     bool original_vertices = false;
-    Unsealed unsealed = Unsealed::refused;  ///< Files without a seal.
 };
 
 /// Reads and prepares the meshes with their materials and images. Then reads each field from the library if

@@ -834,24 +834,4 @@ TEST_F(Commands, TwoProcessesInOneFolderMakeEachFieldOnce) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out/fields"), {}), 2);
 }
 
-TEST_F(Commands, FieldsWithoutASealAreRefusedUnlessAllowed) {
-    write_scene();
-    const std::vector<std::string> precompute{"precompute", "room.toml", "-o", "out", "--face-size", "16"};
-    ASSERT_EQ(run(precompute).code, 0);
-    const std::string field = haarfield::field_of(folder_ / "out/fields", "box");
-    std::filesystem::resize_file(field, std::filesystem::file_size(field) - 64);
-    for (const char* command : {"info", "verify"}) {
-        const Outcome refused = run({command, field});
-        EXPECT_EQ(refused.code, 1);
-        EXPECT_NE(refused.err.find("no seal"), std::string::npos) << refused.err;
-        const Outcome allowed = run({command, field, "--allow-unsealed"});
-        EXPECT_EQ(allowed.code, 0) << allowed.err;
-        EXPECT_NE(allowed.out.find("not sealed"), std::string::npos) << allowed.out;
-    }
-    std::vector<std::string> lenient = precompute;
-    lenient.push_back("--allow-unsealed");
-    EXPECT_EQ(run(lenient).out.find("made"), std::string::npos);
-    EXPECT_NE(run(precompute).out.find("made"), std::string::npos);
-}
-
 }  // namespace

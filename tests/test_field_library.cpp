@@ -23,7 +23,7 @@ VisibilityField named_field(const std::string& entity, std::uint32_t seed) {
 }
 
 Result<LibraryField> taken(const path& folder, const VisibilityField& field, int& made) {
-    return library_field(folder, field.entity, field.keys, Unsealed::refused, [&](const PrecomputedSamples&) {
+    return library_field(folder, field.entity, field.keys, [&](const PrecomputedSamples&) {
         ++made;
         return Result<VisibilityField>(field);
     });
@@ -49,8 +49,8 @@ TEST(FieldLibrary, FindsAFieldByItsKeysUnderAnyName) {
     EXPECT_EQ(again->file, first->file);
     EXPECT_EQ(made, 2);
     expect_same(again->field, chair, "read again");
-    EXPECT_TRUE(has_library_field(folder.path(), chair.keys, Unsealed::refused));
-    EXPECT_FALSE(has_library_field(folder.path(), named_field("chair", 3).keys, Unsealed::refused));
+    EXPECT_TRUE(has_library_field(folder.path(), chair.keys));
+    EXPECT_FALSE(has_library_field(folder.path(), named_field("chair", 3).keys));
 }
 
 TEST(FieldLibrary, PassesKnownSurroundings) {
@@ -61,19 +61,18 @@ TEST(FieldLibrary, PassesKnownSurroundings) {
     FieldKeys finer = coarse.keys;
     finer.whole.low ^= 1;
     finer.whole.high ^= 1;
-    const auto field =
-        library_field(folder.path(), "lamp", finer, Unsealed::refused, [&](const PrecomputedSamples& known) {
-            EXPECT_EQ(known.runs.size(), 1u);
-            if (known.runs.size() == 1) {
-                EXPECT_EQ(known.runs[0].first, 0u);
-                EXPECT_EQ(known.runs[0].handles.size(),
-                          coarse.planar_handles.size() + coarse.spherical_handles.size());
-            }
-            EXPECT_TRUE(known.error && *known.error == coarse.error);
-            VisibilityField result = coarse;
-            result.keys = finer;
-            return Result<VisibilityField>(result);
-        });
+    const auto field = library_field(folder.path(), "lamp", finer, [&](const PrecomputedSamples& known) {
+        EXPECT_EQ(known.runs.size(), 1u);
+        if (known.runs.size() == 1) {
+            EXPECT_EQ(known.runs[0].first, 0u);
+            EXPECT_EQ(known.runs[0].handles.size(),
+                      coarse.planar_handles.size() + coarse.spherical_handles.size());
+        }
+        EXPECT_TRUE(known.error && *known.error == coarse.error);
+        VisibilityField result = coarse;
+        result.keys = finer;
+        return Result<VisibilityField>(result);
+    });
     ASSERT_TRUE(field);
     EXPECT_TRUE(field->surroundings_reused);
     EXPECT_FALSE(field->reused);
@@ -110,12 +109,12 @@ TEST(FieldLibrary, ManyThreadsMakeAFieldOnce) {
     std::vector<std::thread> threads;
     for (int t = 0; t < 6; ++t)
         threads.emplace_back([&] {
-            const auto field = library_field(folder.path(), "chair", chair.keys, Unsealed::refused,
-                                             [&](const PrecomputedSamples&) {
-                                                 ++made;
-                                                 std::this_thread::sleep_for(std::chrono::milliseconds(30));
-                                                 return Result<VisibilityField>(chair);
-                                             });
+            const auto field =
+                library_field(folder.path(), "chair", chair.keys, [&](const PrecomputedSamples&) {
+                    ++made;
+                    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+                    return Result<VisibilityField>(chair);
+                });
             EXPECT_TRUE(field);
         });
     for (std::thread& thread : threads) thread.join();
@@ -142,7 +141,6 @@ TEST(FieldLibrary, ListsFieldsAndUnreadableFiles) {
     EXPECT_EQ(chair.card.spherical_samples, field.spherical_handles.size());
     EXPECT_EQ(chair.card.local_samples, field.local_handles.size());
     EXPECT_EQ(chair.card.error, field.error);
-    EXPECT_TRUE(chair.card.sealed);
     EXPECT_EQ(chair.bytes, std::filesystem::file_size(chair.file));
     EXPECT_NE((*entries)[1].trouble, "");
 }

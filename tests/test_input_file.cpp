@@ -9,10 +9,10 @@
 #include <cstring>
 
 #include "fields/field/field_file.h"
-#include "fields/field/field_seal.h"
 #include "fields/file/mapped_file.h"
 #include "fields/file/section_file.h"
 #include "fields/model/mesh_reader.h"
+#include "fields/vdb/vdb_file.h"
 #include "scenes/image.h"
 #include "scenes/scene_reader.h"
 #include "tests/fixtures/field_fixtures.h"
@@ -33,7 +33,8 @@ std::vector<std::pair<std::string, std::string>> errors_of_readers(const path& f
     note("mesh", read_mesh(file));
     note("image", read_image(file));
     note("field", read_field(file));
-    note("unsealed field", read_field(file, Unsealed::allowed));
+    note("grids", read_vdb_listing(file));
+    note("leaves", read_vdb_leaves(file, "faces"));
     note("card of a field", read_field_card(file));
     note("sections", read_section_file(file));
     note("first section", read_first_section(file));
@@ -110,20 +111,6 @@ TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
                     << reader << " of a file that begins with " << begin.substr(0, 8);
             }
     }
-}
-
-/// The lengths in the seal may be forged.
-TEST(InputFile, SealedFieldsAreNoLongerThanTheirTablesNeed) {
-    const TestFolder folder;
-    const VdbFile whole = *vdb_file(example_field());
-    // Padding between tables and seal.
-    const std::string padded =
-        whole.bytes + std::string((std::size_t{8} << 20) + 32 * whole.blob_bytes, '\0');
-    write_text(folder / "padded.vdb", padded + field_seal(padded, std::string_view(padded).substr(
-                                                                      whole.blob_offset, whole.blob_bytes)));
-    const Result<VisibilityField> read = read_field(folder / "padded.vdb");
-    ASSERT_FALSE(read);
-    EXPECT_NE(read.error().what.find("expected at most"), std::string::npos) << read.error().message();
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(QuadtreePool, DefectsAreFound) {
     EXPECT_NE(defect_after([](Parts& p) { p.face_size = 48; }), "");
     EXPECT_NE(defect_after([](Parts& p) { p.face_size = 2; }), "");
     EXPECT_NE(defect_after([](Parts& p) { p.cubemaps[0][2] = 6; }), "");
-    EXPECT_NE(defect_after([](Parts& p) { p.faces[1].first_byte = 0xffffffff; }), "");
+    EXPECT_NE(defect_after([](Parts& p) { p.faces[1].set_first_byte(0xffffffff); }), "");
     EXPECT_NE(defect_after([](Parts& p) { --p.faces[0].node_count; }), "");
     EXPECT_NE(defect_after([](Parts& p) { ++p.faces[0].node_count; }), "");
     EXPECT_NE(defect_after([](Parts& p) { p.node_bytes[0] ^= 1; }), "");    // one child more or fewer

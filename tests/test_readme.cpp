@@ -277,7 +277,6 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--task-seconds", {"plan"}},
         {"--frame", {"bake", "budget", "reference", "relight"}},
         {"--visibility-error", make_fields},
-        {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
         {"--occlusion", {"bake", "relight"}},
         {"--occlusion-error", {"bake"}},
         {"--reach", {"bake", "relight"}},

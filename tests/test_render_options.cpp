@@ -69,13 +69,11 @@ TEST(RenderOptions, ArgumentsLeaveOutAbsentValues) {
     const auto arguments = [&] {
         return option_arguments(choices, {OptionSet::fields, OptionSet::vertices, OptionSet::bake});
     };
-    for (const std::string option : {"--refine", "--pass", "--allow-unsealed", "--original-vertices"})
+    for (const std::string option : {"--refine", "--pass", "--original-vertices"})
         EXPECT_EQ(std::ranges::count(arguments(), option), 0) << option;
     choices.bake.refine = 0.25f;
     choices.bake.passes = {"diffuse", "occlusion"};
-    choices.entities.unsealed = Unsealed::allowed;
     const std::vector<std::string> given = arguments();
-    EXPECT_EQ(std::ranges::count(given, "--allow-unsealed"), 1);
     EXPECT_EQ(*(std::ranges::find(given, "--refine") + 1), "0.25");
     EXPECT_EQ(*(std::ranges::find(given, "--pass") + 1), "diffuse,occlusion");
 }

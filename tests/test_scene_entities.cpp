@@ -142,31 +142,6 @@ TEST_F(SceneEntitiesTest, RecomputesADamagedFieldAndReportsWhy) {
     EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
 }
 
-TEST_F(SceneEntitiesTest, TakesAnUnsealedFieldOnlyIfAllowed) {
-    const auto made = prepare_scene_entities(scene, options);
-    ASSERT_TRUE(made);
-    const std::filesystem::path file = made->entities[0]->field_file;
-    const auto remove_seal = [&] {
-        std::filesystem::resize_file(file, std::filesystem::file_size(file) - 64);
-    };
-    remove_seal();
-    options.unsealed = Unsealed::allowed;
-    const auto taken = prepare_scene_entities(scene, options);
-    ASSERT_TRUE(taken);
-    EXPECT_TRUE(taken->entities[0]->reused);
-    options.unsealed = Unsealed::refused;
-    const auto remade = prepare_scene_entities(scene, options);
-    ASSERT_TRUE(remade);
-    EXPECT_FALSE(remade->entities[0]->reused);
-    EXPECT_NE(remade->entities[0]->recomputed_because.find("no seal"), std::string::npos);
-    EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
-
-    remove_seal();
-    options.unsealed = Unsealed::allowed;
-    write_box(2.0f);
-    EXPECT_FALSE(prepare_scene_entities(scene, options)->entities[0]->reused) << "stale";
-}
-
 TEST_F(SceneEntitiesTest, AFolderWhereNothingCanBeWrittenIsAnErrorBeforeTheWork) {
     std::filesystem::create_directory(options.fields_folder);
     std::filesystem::permissions(options.fields_folder, std::filesystem::perms(0555));

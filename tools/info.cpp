@@ -1,9 +1,11 @@
 #include "fields/field/field_file.h"
+#include "fields/vdb/vdb_file.h"
 #include "tools/command.h"
 #include "tools/model_info.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 namespace haarfield {
@@ -13,7 +15,6 @@ namespace {
 struct InfoOptions {
     std::string field;
     bool json = false;
-    bool allow_unsealed = false;
 };
 
 nlohmann::ordered_json vector_json(const Vec3f& v) {
@@ -30,7 +31,6 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
         {"key", field.keys.whole.hex()},
         {"surroundings", field.keys.surroundings.hex()},
         {"bytes", field.file_bytes},
-        {"sealed", field.sealed},
         {"samples", field.planar.sample_count() + field.spherical.sample_count() + field.local_samples},
         {"planar",
          {{"samples", field.planar.sample_count()},
@@ -91,33 +91,87 @@ void print_summary(const FieldSummary& field, const CommandContext& context) {
                   100 * field.error.planar.relative, 100 * field.error.spherical.relative);
     print_bands(context, "ground", field.planar, field.error.planar);
     print_bands(context, "around", field.spherical, field.error.spherical);
-    context.print("\nfile        {:.2f} MB, {}\nhash        {}\n",
-                  static_cast<double>(field.file_bytes) / 1e6, field.sealed ? "sealed" : "not sealed",
+    context.print("\nfile        {:.2f} MB\nkey         {}\n", static_cast<double>(field.file_bytes) / 1e6,
                   field.keys.whole.hex());
+}
+
+nlohmann::ordered_json metadata_json(const std::vector<VdbMetadata>& metadata) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const VdbMetadata& meta : metadata) json[meta.name] = meta.value;
+    return json;
+}
+
+nlohmann::ordered_json grids_json(const VdbListing& listing) {
+    nlohmann::ordered_json grids = nlohmann::ordered_json::array();
+    for (const VdbGrid& grid : listing.grids)
+        grids.push_back({{"name", grid.name},
+                         {"type", grid.type},
+                         {"class", grid.grid_class},
+                         {"active_voxels", grid.active_voxels},
+                         {"leaves", grid.leaves},
+                         {"lower", grid.lower},
+                         {"upper", grid.upper},
+                         {"index_to_world", grid.index_to_world},
+                         {"metadata", metadata_json(grid.metadata)}});
+    return grids;
+}
+
+/// Returns the edge lengths of a grid's voxels. [units of the file]
+Vec3f voxel_size(const VdbGrid& grid) {
+    const auto row = [&](std::size_t r) {
+        return Vec3f(Vec3d(grid.index_to_world[4 * r], grid.index_to_world[4 * r + 1],
+                           grid.index_to_world[4 * r + 2]))
+            .length();
+    };
+    return {row(0), row(1), row(2)};
+}
+
+void print_grids(const VdbListing& listing, const CommandContext& context) {
+    for (const VdbGrid& grid : listing.grids) {
+        const Vec3f size = voxel_size(grid);
+        context.print("grid        {:<20} {:<6} {:>10} active voxels in {} leaves", grid.name, grid.type,
+                      grid.active_voxels, grid.leaves);
+        if (grid.active_voxels > 0)
+            context.print(", {} to {}, of {:.3g} x {:.3g} x {:.3g}", grid.lower, grid.upper, size.x, size.y,
+                          size.z);
+        context.print("{}\n", grid.grid_class == "unknown" ? "" : ", " + grid.grid_class);
+    }
 }
 
 Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
     if (std::filesystem::path(options.field).extension() != ".vdb")
         return print_model(options.field, options.json, context);
-    HF_TRY(const FieldSummary field,
-           read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused));
-    const nlohmann::ordered_json summary = summary_json(field);
-    context.report["field"] = summary;
+    HF_TRY(const VdbListing listing, read_vdb_listing(options.field));
+    nlohmann::ordered_json described;
+    if (is_field(listing)) {
+        HF_TRY(const FieldSummary field, read_field_summary(options.field));
+        described = summary_json(field);
+        context.report["field"] = described;
+        if (!options.json) print_summary(field, context);
+    } else {
+        described["version"] = listing.version;
+        described["metadata"] = metadata_json(listing.metadata);
+        if (!options.json)
+            context.print("OpenVDB {}, no visibility field; {} grids\n", listing.version,
+                          listing.grids.size());
+    }
+    described["grids"] = grids_json(listing);
+    context.report["grids"] = described["grids"];
     if (options.json)
-        print(stdout, "{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print(stdout, "{}\n", described.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else
-        print_summary(field, context);
+        print_grids(listing, context);
     return ExitCode::done;
 }
 
 }  // namespace
 
 Command info_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("info", "Describe a visibility field or a model");
+    CLI::App* app =
+        program.add_subcommand("info", "Describe a visibility field, another OpenVDB file or a model");
     const auto options = std::make_shared<InfoOptions>();
-    app->add_option("FILE", options->field, "The field (.vdb), or a model")->required()->type_name("");
+    app->add_option("FILE", options->field, "An OpenVDB file (.vdb), or a model")->required()->type_name("");
     app->add_flag("--json", options->json, "Print JSON");
-    add_unsealed_option(*app, options->allow_unsealed);
     app->footer(
         "Example:\n  haarfield info out/chair/fields/chair.vdb\n  haarfield info scenes/meshes/chair.obj");
     return {app, [options](CommandContext& context) { return run(*options, context); }};

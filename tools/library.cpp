@@ -41,7 +41,6 @@ nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
     json["local_samples"] = card.local_samples;
     json["planar_error"] = card.error.planar.relative;
     json["spherical_error"] = card.error.spherical.relative;
-    json["sealed"] = card.sealed;
     return json;
 }
 
@@ -66,7 +65,7 @@ Result<std::size_t> verify_all(const std::vector<LibraryEntry>& entries, nlohman
     std::size_t bad = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (context.progress.stop.stop_requested()) return interruption();
-        const Result<FieldVerdict> verdict = verify_field(entries[i].file, Unsealed::refused);
+        const Result<Done> verdict = verify_field(entries[i].file);
         fields[i]["good"] = bool(verdict);
         if (!verdict) {
             fields[i]["trouble"] = verdict.error().what;

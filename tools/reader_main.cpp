@@ -6,7 +6,9 @@
 #include <array>
 #include <cstdio>
 
+#include "fields/field/field_grids.h"
 #include "fields/model/assimp_content.h"
+#include "fields/vdb/vdb_file.h"
 #include "scenes/image_reader.h"
 
 int main() {
@@ -19,6 +21,7 @@ int main() {
             stderr);
         return 2;
     }
-    const std::array tasks{haarfield::model_reader_task(), haarfield::image_reader_task()};
+    const std::array tasks{haarfield::model_reader_task(), haarfield::image_reader_task(),
+                           haarfield::field_reader_task(), haarfield::vdb_reader_task()};
     haarfield::serve_reader_process(socket, tasks);
 }

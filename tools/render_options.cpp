@@ -233,10 +233,6 @@ std::vector<RenderOption> table() {
          "More samples are slower and less noisy."},
         {1, 1e8}, [](auto& c) -> auto& { return c.bake.samples; }));
 
-    add(flag(
-        {"allow-unsealed", Set::fields, files_group, "", "Accept fields that another program saved again",
-         "The checksums of the field's tables must still hold."},
-        [](auto& c) -> auto& { return c.entities.unsealed; }));
     return rows;
 }
 

@@ -174,11 +174,6 @@ std::string file_stem(const Scene& scene) {
     return fmt::format("{}_{:08x}", plain.substr(0, kept), sum);
 }
 
-void add_unsealed_option(CLI::App& command, bool& allow_unsealed) {
-    const RenderOption& row = render_option("allow-unsealed");
-    command.add_flag("--" + row.name, allow_unsealed, row.summary + "\n" + row.details);
-}
-
 void add_render_options(CLI::App& command, RenderChoices& choices, std::initializer_list<OptionSet> sets) {
     for (const RenderOption* row : render_options(sets)) {
         const auto set = [row, &choices](const std::string& text) { row->set_text(choices, text); };

@@ -73,9 +73,6 @@ Result<Done> write_picture(const std::filesystem::path& exr, const Image& object
 /// checksum.
 std::string file_stem(const Scene& scene);
 
-/// Adds --allow-unsealed, for commands that read fields.
-void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
-
 /// Adds the options of some sets. The choices must outlive the command.
 void add_render_options(CLI::App& command, RenderChoices& choices, std::initializer_list<OptionSet> sets);
 

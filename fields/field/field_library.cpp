@@ -50,11 +50,11 @@ void note_use(const path& file) {
 }
 
 /// Reads the field with these keys, if it exists and is valid.
-bool find_field(const path& folder, const FieldKeys& keys, Unsealed unsealed, LibraryField& found) {
+bool find_field(const path& folder, const FieldKeys& keys, LibraryField& found) {
     const std::string name_end = keys_part(keys) + std::string(ending);
     for (const path& file :
          files_of(folder, [&](std::string_view name) { return name.ends_with(name_end); })) {
-        Result<VisibilityField> field = read_field(file, unsealed);
+        Result<VisibilityField> field = read_field(file);
         if (field && field->keys == keys) {
             note_use(file);
             found.field = *std::move(field);
@@ -72,15 +72,14 @@ bool find_field(const path& folder, const FieldKeys& keys, Unsealed unsealed, Li
 }
 
 /// Returns a field with the same surroundings, if there is one.
-std::optional<VisibilityField> field_with(const path& folder, const ContentHash& surroundings,
-                                          Unsealed unsealed) {
+std::optional<VisibilityField> field_with(const path& folder, const ContentHash& surroundings) {
     const std::string part = "-" + short_hex(surroundings) + "-";
     const std::size_t from_end = part.size() + short_hex({}).size() + ending.size();
     for (const path& file : files_of(folder, [&](std::string_view name) {
              return name.ends_with(ending) && name.size() > from_end &&
                     name.substr(name.size() - from_end).starts_with(part);
          }))
-        if (Result<VisibilityField> field = read_field(file, unsealed);
+        if (Result<VisibilityField> field = read_field(file);
             field && field->keys.surroundings == surroundings)
             return *std::move(field);
     return std::nullopt;
@@ -94,17 +93,17 @@ path library_file(const path& folder, std::string_view entity, const FieldKeys& 
 }
 
 Result<LibraryField> library_field(const path& folder, std::string_view entity, const FieldKeys& keys,
-                                   Unsealed unsealed, const FieldMaker& make, const Progress& progress) {
+                                   const FieldMaker& make, const Progress& progress) {
     LibraryField result;
-    if (find_field(folder, keys, unsealed, result)) return result;
+    if (find_field(folder, keys, result)) return result;
     // Held while the field is computed. Other processes that need it wait, and a folder that is not writable
     // is detected before the work.
     HF_TRY(const std::optional<Claim> claim,
            Claim::on(folder / (keys_part(keys).substr(1) + claim_ending), progress));
-    if (find_field(folder, keys, unsealed, result)) return result;  // another process made it meanwhile
+    if (find_field(folder, keys, result)) return result;  // another process made it meanwhile
     PrecomputedSamples known;
     std::optional<SampleRun> surroundings;
-    if (const std::optional<VisibilityField> other = field_with(folder, keys.surroundings, unsealed)) {
+    if (const std::optional<VisibilityField> other = field_with(folder, keys.surroundings)) {
         surroundings = surrounding_samples(*other);
         known = {{&*surroundings, 1}, other->error};
         result.surroundings_reused = true;
@@ -116,9 +115,9 @@ Result<LibraryField> library_field(const path& folder, std::string_view entity, 
     return result;
 }
 
-bool has_library_field(const path& folder, const FieldKeys& keys, Unsealed unsealed) {
+bool has_library_field(const path& folder, const FieldKeys& keys) {
     LibraryField found;
-    return find_field(folder, keys, unsealed, found);
+    return find_field(folder, keys, found);
 }
 
 Result<std::vector<LibraryEntry>> library_entries(const path& folder) {

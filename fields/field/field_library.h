@@ -39,11 +39,11 @@ using FieldMaker = std::function<Result<VisibilityField>(const PrecomputedSample
 /// folder  must exist.
 /// errors  those of `make`; those of the system if the folder is not writable; `interrupted`.
 Result<LibraryField> library_field(const std::filesystem::path& folder, std::string_view entity,
-                                   const FieldKeys& keys, Unsealed unsealed, const FieldMaker& make,
+                                   const FieldKeys& keys, const FieldMaker& make,
                                    const Progress& progress = {});
 
 /// Tests whether the library has a valid field with these keys. Reads the whole field.
-bool has_library_field(const std::filesystem::path& folder, const FieldKeys& keys, Unsealed unsealed);
+bool has_library_field(const std::filesystem::path& folder, const FieldKeys& keys);
 
 /// A field of a library, as listed.
 struct LibraryEntry {

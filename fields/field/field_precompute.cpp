@@ -155,7 +155,7 @@ Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& s
                                tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_chunk) &
                                tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
     if (progress.stop.stop_requested()) return interruption(entity);
-    if (pool.is_full()) return Error{entity, "more than 4 GiB of quadtree nodes"};
+    if (pool.is_full()) return Error{entity, "more than 2^32 distinct faces of cubemaps"};
     run.pool = std::move(pool).finish();
     return run;
 }

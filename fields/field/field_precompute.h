@@ -49,7 +49,7 @@ Result<SampleRun> field_samples(const std::string& entity, const PreparedMesh& m
 /// known   samples of a field with the same keys, or surroundings of one with the same surroundings.
 /// cost    one rasterization and transform per planar, spherical and fine-mesh sample that is not known.
 /// memory  the field, and a few hundred samples.
-/// errors  interrupted; more than 2^31 samples, or 4 GiB of nodes.
+/// errors  interrupted; more than 2^31 samples, or nearly 2^32 distinct faces.
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress = {}, const PrecomputedSamples& known = {});

@@ -22,7 +22,7 @@ bool read_values(const std::vector<Section>& sections, const char* name, std::ve
 }
 
 std::string keys_text(const FieldKeys& keys) {
-    return keys.surroundings.hex() + keys.whole.hex();
+    return "2 " + keys.surroundings.hex() + keys.whole.hex();  // 2: version of the tables
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "fields/field/visibility_field.h"
 
 #include <fmt/format.h>
+#include <xxhash.h>
 
 #include <algorithm>
 
@@ -11,6 +12,11 @@ namespace haarfield {
 
 std::string ContentHash::hex() const {
     return fmt::format("{:016x}{:016x}", high, low);
+}
+
+ContentHash content_hash(std::string_view bytes) {
+    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+    return {hash.low64, hash.high64};
 }
 
 Vec3f planar_lift(const VisibilityField& field) {

@@ -6,6 +6,7 @@
 #include "fields/wavelets/quadtree_pool.h"
 
 #include <string>
+#include <string_view>
 
 namespace haarfield {
 
@@ -16,6 +17,8 @@ struct ContentHash {
     bool operator==(const ContentHash&) const = default;  ///< Exact comparison.
     std::string hex() const;                              ///< 32 digits, high half first.
 };
+
+ContentHash content_hash(std::string_view bytes);  ///< Returns the hash of the bytes.
 
 /// The identity of a field: fields with equal keys are bit-identical.
 struct FieldKeys {

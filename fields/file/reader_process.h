@@ -45,6 +45,8 @@ struct ReaderTask {
     Result<Done> (*read)(std::string_view bytes, std::string_view details, ByteSink& answer);
     /// Returns the folder in which `read` opens further files. Null: `read` opens no files.
     std::string (*folder)(std::string_view details) = nullptr;
+    /// The loading of the file. Tasks that may read a small part of it use MappedPages::as_read.
+    MappedPages pages = MappedPages::now;
 };
 
 /// Forks the reader process of this process, which takes some milliseconds. Call it once, at the start of

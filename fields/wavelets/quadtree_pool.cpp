@@ -86,7 +86,7 @@ void pack_trees(const CubemapTree& tree, PackedTrees& packed) {
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         PackedFace& packed_face = packed.faces[face];
         packed_face.scaling = packed_half(tree.faces[face].scaling);
-        packed_face.first_byte = static_cast<std::uint32_t>(packed.node_bytes.size());
+        packed_face.set_first_byte(packed.node_bytes.size());
         packed_face.node_count =
             static_cast<std::uint16_t>(append_packed(tree.faces[face], packed.node_bytes));
     }
@@ -107,11 +107,12 @@ struct QuadtreePoolBuilder::State {
             const PackedFace& known = faces[candidate->second];
             // A face with as many nodes and the same first bytes has no further bytes.
             if (known.scaling == face.scaling && known.node_count == face.node_count &&
-                bytes.size() <= node_bytes.size() - known.first_byte &&
-                std::equal(bytes.begin(), bytes.end(), node_bytes.begin() + known.first_byte))
+                bytes.size() <= node_bytes.size() - known.first_byte() &&
+                std::equal(bytes.begin(), bytes.end(),
+                           node_bytes.begin() + std::ptrdiff_t(known.first_byte())))
                 return candidate->second;
         }
-        face.first_byte = static_cast<std::uint32_t>(node_bytes.size());
+        face.set_first_byte(node_bytes.size());
         node_bytes.insert(node_bytes.end(), bytes.begin(), bytes.end());
         const auto index = static_cast<std::uint32_t>(faces.size());
         faces.push_back(face);
@@ -127,12 +128,11 @@ QuadtreePoolBuilder::QuadtreePoolBuilder(int face_size) : state_(new State) {
 QuadtreePoolBuilder::~QuadtreePoolBuilder() = default;
 
 std::int32_t QuadtreePoolBuilder::add(const PackedTrees& trees) {
-    assert(state_->node_bytes.size() + trees.node_bytes.size() <= 0xffffffffu);
     PackedCubemap cubemap;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const std::size_t first = trees.faces[face].first_byte, last = face + 1 < cubemap_faces
-                                                                           ? trees.faces[face + 1].first_byte
-                                                                           : trees.node_bytes.size();
+        const std::size_t first = trees.faces[face].first_byte(),
+                          last = face + 1 < cubemap_faces ? trees.faces[face + 1].first_byte()
+                                                          : trees.node_bytes.size();
         cubemap[face] =
             state_->add_face(trees.faces[face], std::span(trees.node_bytes).subspan(first, last - first));
     }
@@ -143,15 +143,27 @@ std::int32_t QuadtreePoolBuilder::add(const PackedTrees& trees) {
 }
 
 bool QuadtreePoolBuilder::is_full() const {
-    // Reserves space for the other faces of a cubemap and for the remaining cubemaps of a chunk.
+    // Reserves numbers for the other faces of a cubemap and for the remaining cubemaps of a chunk.
     constexpr std::uint64_t room = std::uint64_t(1) << 26;
-    return state_->node_bytes.size() > 0xffffffffu - room;
+    return state_->faces.size() > 0xffffffffu - room;
 }
 
 QuadtreePool QuadtreePoolBuilder::finish() && {
     state_->node_bytes.shrink_to_fit();
     return {state_->face_size, std::move(state_->node_bytes), std::move(state_->faces),
             std::move(state_->cubemaps)};
+}
+
+std::int32_t unoccluded_cubemap(const QuadtreePool& pool) {
+    std::vector<bool> is_open(pool.faces.size());
+    const std::uint16_t one = packed_half(1);
+    for (std::size_t f = 0; f < is_open.size(); ++f)
+        is_open[f] = pool.faces[f].node_count == 0 && pool.faces[f].scaling == one;
+    for (std::size_t c = 0; c < pool.cubemaps.size(); ++c)
+        if (std::ranges::all_of(pool.cubemaps[c],
+                                [&](std::uint32_t face) { return face < is_open.size() && is_open[face]; }))
+            return static_cast<std::int32_t>(c);
+    return -1;
 }
 
 std::uint64_t node_count(const QuadtreePool& pool) {
@@ -164,7 +176,7 @@ void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree) {
     const PackedFace& packed = pool.faces[face];
     tree.scaling = unpacked_half(packed.scaling);
     tree.nodes.resize(packed.node_count);
-    const std::uint8_t* byte = pool.node_bytes.data() + packed.first_byte;
+    const std::uint8_t* byte = pool.node_bytes.data() + packed.first_byte();
     std::uint32_t next = 1;
     for (Quadtree::Node& node : tree.nodes) {
         const unsigned head = *byte++, children = head & children_mask;
@@ -211,12 +223,12 @@ bool is_whole_tree(std::span<const std::uint8_t> bytes, std::size_t nodes, int l
 std::string face_defect(const QuadtreePool& pool, std::size_t f, int levels) {
     const PackedFace& face = pool.faces[f];
     if (!is_finite_half(face.scaling)) return fmt::format("the mean of face {} is not finite", f);
-    if (face.first_byte > pool.node_bytes.size())
-        return fmt::format("face {} begins at byte {}; the pool has {}", f, face.first_byte,
+    if (face.first_byte() > pool.node_bytes.size())
+        return fmt::format("face {} begins at byte {}; the pool has {}", f, face.first_byte(),
                            pool.node_bytes.size());
-    if (face.node_count > 0 &&
-        !is_whole_tree(std::span(pool.node_bytes.begin() + face.first_byte, pool.node_bytes.end()),
-                       face.node_count, levels))
+    if (face.node_count > 0 && !is_whole_tree(std::span(pool.node_bytes.data() + face.first_byte(),
+                                                        pool.node_bytes.size() - face.first_byte()),
+                                              face.node_count, levels))
         return fmt::format("the nodes of face {} are not a tree of at most {} levels", f, levels);
     return {};
 }
@@ -229,8 +241,8 @@ void take_trees(const QuadtreePool& pool, std::int32_t handle, PackedTrees& pack
     for (std::size_t f = 0; f < cubemap_faces; ++f) {
         const PackedFace& face = pool.faces[cubemap[f]];
         packed.faces[f] = face;
-        packed.faces[f].first_byte = static_cast<std::uint32_t>(packed.node_bytes.size());
-        const std::uint8_t* const begin = pool.node_bytes.data() + face.first_byte;
+        packed.faces[f].set_first_byte(packed.node_bytes.size());
+        const std::uint8_t* const begin = pool.node_bytes.data() + face.first_byte();
         const std::uint8_t* end = begin;
         for (unsigned node = 0; node < face.node_count; ++node) end += node_heads[*end].bytes;
         packed.node_bytes.insert(packed.node_bytes.end(), begin, end);

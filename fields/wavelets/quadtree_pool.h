@@ -16,13 +16,20 @@ inline constexpr float wavelet_step = 0.5f / 127;
 
 /// The tree of a face: the location of its nodes, and its mean.
 struct PackedFace {
-    std::uint32_t first_byte = 0;  ///< First byte of its nodes in QuadtreePool::node_bytes.
-    std::uint16_t node_count = 0;  ///< 0: constant.
-    std::uint16_t scaling = 0;     ///< Mean, as an IEEE half float.
+    std::array<std::uint32_t, 2> first{};  ///< first_byte(), low word first: three words without padding.
+    std::uint16_t node_count = 0;          ///< 0: constant.
+    std::uint16_t scaling = 0;             ///< Mean, as an IEEE half float.
+
+    /// The first byte of its nodes in QuadtreePool::node_bytes.
+    std::uint64_t first_byte() const { return std::uint64_t(first[1]) << 32 | first[0]; }
+    /// Sets first_byte().
+    void set_first_byte(std::uint64_t byte) {
+        first = {static_cast<std::uint32_t>(byte), static_cast<std::uint32_t>(byte >> 32)};
+    }
 
     auto operator<=>(const PackedFace&) const = default;  ///< Lexicographic order of the members.
 };
-static_assert(sizeof(PackedFace) == 8);
+static_assert(sizeof(PackedFace) == 12);
 
 /// The face indices of one cubemap.
 using PackedCubemap = std::array<std::uint32_t, cubemap_faces>;
@@ -69,7 +76,7 @@ public:
     /// before. The pool must not be full (asserted).
     std::int32_t add(const PackedTrees& cubemap);
 
-    /// True if the nodes nearly fill 4 GiB, the range of PackedFace::first_byte.
+    /// True if the faces nearly exhaust their 32-bit numbers.
     bool is_full() const;
 
     QuadtreePool finish() &&;  ///< Returns the pool of all added cubemaps.
@@ -78,6 +85,11 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// Returns the handle of the cubemap whose directions are all unoccluded; -1 if the pool has none.
+///
+/// cost  O(faces + cubemaps).
+std::int32_t unoccluded_cubemap(const QuadtreePool& pool);
 
 /// Returns the number of nodes of all faces.
 std::uint64_t node_count(const QuadtreePool& pool);

@@ -6,7 +6,7 @@
 
 #include "fields/base/exception_message.h"
 #include "fields/base/range.h"
-#include "fields/field/field_seal.h"
+#include "fields/field/visibility_field.h"
 #include "fields/file/mapped_file.h"
 #include "tools/farm/plan_costs.h"
 

@@ -88,7 +88,6 @@ struct FieldJob {
     FieldSettings settings;
     FieldKeys keys;
     std::filesystem::path library;
-    Unsealed unsealed = Unsealed::refused;
 
     const SceneEntity& entity() const { return *entities.entities.front(); }
 };
@@ -104,7 +103,6 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
     SceneEntityOptions wanted = entity_options(options.render, options.output);
     FieldJob field;
     field.library = wanted.fields_folder;
-    field.unsealed = wanted.unsealed;
     wanted.fields = FieldExtent::none;
     HF_TRY(field.entities, prepare_scene_entities(scene, wanted, progress));
     field.settings =
@@ -118,7 +116,7 @@ Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, 
     const SceneEntity& entity = field.entity();
     HF_TRY_DONE(make_folder(field.library));
     HF_TRY_DONE(library_field(
-        field.library, entity.name, field.keys, field.unsealed,
+        field.library, entity.name, field.keys,
         [&](const PrecomputedSamples& surroundings) {
             PrecomputedSamples all = surroundings;
             if (!known.empty()) all.runs = known;
@@ -169,7 +167,7 @@ Result<PartSections> done_samples(const FarmPlan& plan, const PlanTasks& tasks,
                                   const std::filesystem::path& folder, CommandContext& context) {
     const PlanJob& job = plan.jobs[tasks.job];
     HF_TRY(const FieldJob field, opened_field_job(job, context.progress));
-    if (has_library_field(field.library, field.keys, field.unsealed))
+    if (has_library_field(field.library, field.keys))
         return PartSections(tasks.count, std::vector<Section>{{in_library, {}}});
     const SceneEntity& entity = field.entity();
     const std::uint64_t count = sample_count(entity.mesh, field.settings);
@@ -266,7 +264,7 @@ Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::files
     if (job.division == Division::samples) {
         HF_TRY(const FieldJob field, opened_field_job(job, context.progress));
         // The process that computed the last part has already added the field.
-        if (has_library_field(field.library, field.keys, field.unsealed)) return Done{};
+        if (has_library_field(field.library, field.keys)) return Done{};
         std::vector<SampleRun> runs;
         for (std::size_t part = 0; part < job.parts; ++part) {
             HF_TRY(const TaskPart read, part_of(part));

@@ -197,14 +197,12 @@ sampler  "spherical", or "planar" for points on the ground.)");
     });
     module.def(
         "read_field",
-        [](const std::filesystem::path& path, bool allow_unsealed) {
-            auto read = long_call<VisibilityField>(py::none(), [&](const Progress&) {
-                return read_field(path, allow_unsealed ? Unsealed::allowed : Unsealed::refused);
-            });
+        [](const std::filesystem::path& path) {
+            auto read =
+                long_call<VisibilityField>(py::none(), [&](const Progress&) { return read_field(path); });
             return PythonField{std::make_shared<const VisibilityField>(std::move(read))};
         },
-        py::arg("path"), py::arg("allow_unsealed") = false,
-        "Reads and verifies a field file. The packed nodes remain in the mapped file.");
+        py::arg("path"), "Reads and verifies a field file.");
     scene.def("field", &field_of, py::arg("entity"), py::arg("progress") = py::none(),
               "The field of an entity of the scene.");
 }

@@ -103,7 +103,7 @@ void write_all(int descriptor, std::string_view bytes) {
     };
     try {
         if (task == tasks.end()) refuse("there is no reader for this kind of file");
-        const Result<MappedFile> file = mapped_file(request.file, "");
+        const Result<MappedFile> file = mapped_file(request.file, "", task->pages);
         if (!file) refuse(file.error().what);
         // Small pieces are buffered, so that a list of names does not need a thousand system calls.
         std::string gathered;
