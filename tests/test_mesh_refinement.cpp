@@ -5,6 +5,7 @@
 #include <map>
 #include <random>
 
+#include "shading/bake/bounced_radiance.h"
 #include "tests/fixtures/lit_box.h"
 #include "tests/fixtures/random_numbers.h"
 #include "tests/fixtures/with_threads.h"
@@ -222,6 +223,56 @@ TEST(MeshRefinement, SplitsFewerEdgesOutsideOfThePicture) {
                double(positions.size());
     };
     EXPECT_GT(share_with(true), 1.3 * share_with(false));
+}
+
+TEST(MeshRefinement, AStepEndsAtTheWantedNumberOfVertices) {
+    const LitBox lit;
+    MeshRefiner refiner(lit.shading, {0.002f, 4000}, lit.radiant(6));
+    for (int step = 0; step < 5; ++step) {
+        const std::size_t wanted = refiner.vertices() + 20;
+        ASSERT_TRUE(*refiner.step({}, wanted));
+        EXPECT_GE(refiner.vertices(), wanted);
+        EXPECT_LT(refiner.vertices(), wanted + 20);
+        EXPECT_FALSE(refiner.is_budget_used_up());
+    }
+}
+
+TEST(MeshRefinement, InterpolatesIndirectIrradianceWhereItVariesSlowly) {
+    const LitBox lit;
+    RenderSettings settings = lit.settings;
+    settings.bounces.most = 3;
+    PointShading shading{lit.example.scene, lit.geometry, lit.light, settings};
+    IndirectLight indirect = *scene_indirect_light(shading);
+    VertexMask all;
+    for (const ShadedInstance& instance : lit.example.scene.instances)
+        all.emplace_back(lit.example.scene.entities[instance.entity].mesh->positions.size(), true);
+    ASSERT_TRUE(gather_irradiance(shading, all, indirect));
+    shading.indirect = &indirect;
+    std::vector<RadiantMesh> start =
+        *mesh_radiance(shading, std::vector{lit.example.mesh(0).fine, lit.example.mesh(1).fine});
+    for (std::size_t i = 0; i < start.size(); ++i)
+        for (std::size_t v = 0; v < start[i].radiance.size(); ++v)
+            start[i].irradiance.push_back({indirect.irradiance[i][v], indirect.nearness[i][v]});
+    const Refinement refined = *refined_radiance(shading, {0.01f, 3000}, start);
+    const RadiantMesh& floor = refined.meshes[LitBox::floor];
+    std::vector<InstancePoint> points;
+    for (std::size_t v = start[LitBox::floor].radiance.size(); v < floor.radiance.size(); ++v)
+        if (!floor.samples.buried[v])
+            points.push_back({LitBox::floor,
+                              {floor.mesh.positions[v], floor.mesh.normals[v], floor.samples.points[v], 0}});
+    const std::vector<Outgoing> gathered = *point_radiance(shading, points);
+    double squares = 0, sum = 0;
+    std::size_t differ = 0, next = 0;
+    for (std::size_t v = start[LitBox::floor].radiance.size(); v < floor.radiance.size(); ++v) {
+        if (floor.samples.buried[v]) continue;
+        const Outgoing& exact = gathered[next++];
+        squares += std::pow(channel_sum(floor.radiance[v]) - channel_sum(exact), 2);
+        sum += std::pow(channel_sum(exact), 2);
+        differ += floor.radiance[v] != exact;
+    }
+    EXPECT_LT(std::sqrt(squares / sum), 0.002);
+    EXPECT_GT(differ, points.size() / 10) << "nothing was interpolated";
+    EXPECT_LT(differ, points.size()) << "nothing was gathered";
 }
 
 TEST(MeshRefinement, IsBitIdenticalForAnyNumberOfThreads) {

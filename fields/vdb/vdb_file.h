@@ -52,7 +52,8 @@ Result<VdbListing> read_vdb_listing(const std::filesystem::path& file);
 struct VdbLeaves {
     static constexpr std::size_t leaf_voxels = 512;
 
-    enum class Type { floats, ints };  ///< Type of the values.
+    /// Type of the values.
+    enum class Type { floats, ints };
     /// 8^3 voxels. Voxel (x, y, z) of the leaf has the number 64 x + 8 y + z.
     struct Leaf {
         std::array<std::int32_t, 3> origin;   ///< Its lowest voxel; multiples of 8.

@@ -101,7 +101,7 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
         {points.size(), 64},
         [&]() -> LoopBody {
             return [&](std::size_t k) {
-                const auto& [instance, point] = points[k];
+                const auto& [instance, point, ignored] = points[k];
                 result[k] = outgoing(shading, instance, point,
                                      shading.indirect->irradiance_at(shading.scene, instance, point));
             };
@@ -113,14 +113,18 @@ Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
 Result<Done> gather_irradiance(const PointShading& direct, const VertexMask& wanted, IndirectLight& indirect,
                                const Progress& progress) {
     const ShadedScene& scene = direct.scene;
+    indirect.nearness.clear();
+    for (const std::vector<Rgb>& values : indirect.irradiance)
+        indirect.nearness.emplace_back(values.size(), GatheredIrradiance().nearness);
     return visit_vertices(
         scene, direct.geometry.orders(),
         [&]() -> VertexVisitor {
             return [&](std::size_t instance, std::uint32_t vertex) {
-                if (wanted[instance][vertex])
-                    indirect.irradiance[instance][vertex] = indirect.irradiance_at(
-                        scene, instance,
-                        surface_point(scene.entities[scene.instances[instance].entity], vertex));
+                if (!wanted[instance][vertex]) return;
+                const GatheredIrradiance found = indirect.gathered_at(
+                    scene, instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
+                indirect.irradiance[instance][vertex] = found.irradiance;
+                indirect.nearness[instance][vertex] = found.nearness;
             };
         },
         "indirect light", progress);

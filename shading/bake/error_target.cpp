@@ -15,7 +15,7 @@ namespace {
 /// The share of the target that interpolation may use if the shading alone exceeds the target.
 constexpr double least_share = 0.5;
 /// The share of the target at which the search ends, since other points measure the reported error.
-constexpr double margin = 0.95;
+constexpr double margin = 0.97;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
@@ -26,15 +26,19 @@ constexpr std::size_t gathering_points = 128;
 /// Faces are larger while the error of direct light exceeds this share of the target.
 constexpr double largest_direct_share = 0.5;
 constexpr std::size_t face_size_points = 192;
+/// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
+constexpr double least_growth = 1.06, largest_growth = 4;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
-/// Returns the mean square at the upper end of the interval that contains 90 % of the estimates.
-double upper_end(const SquareEstimate& estimate) {
+/// Returns an end of the interval that contains 90 % of the estimates of a mean square.
+///
+/// twentieth  1: the lower end; 19: the upper end.
+SquareEstimate interval_end(SquareEstimate estimate, std::size_t twentieth) {
     std::vector<double> squares = estimate.resampled;
-    if (squares.empty()) return 0;
     std::ranges::sort(squares);
-    return std::max(0.0, squares[squares.size() * 19 / 20]);
+    estimate.square = squares.empty() ? 0 : std::max(0.0, squares[squares.size() * twentieth / 20]);
+    return estimate;
 }
 
 double root(double square) {
@@ -82,7 +86,8 @@ public:
                 if (done || !can_refine) break;
                 next = refiner.vertices() + refiner.vertices() / 25;
             }
-            HF_TRY(can_refine, refiner.step(progress));
+            HF_TRY(can_refine,
+                   refiner.step(progress, static_cast<std::size_t>(growth_ * double(refiner.vertices()))));
         }
         HF_TRY(const BakeErrorMeter::Interpolation between,
                meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
@@ -108,6 +113,7 @@ private:
     Result<bool> is_done(const MeshRefiner& refiner, const Progress& progress) {
         fitted_.reset();
         HF_TRY(SquareEstimate error, meter_.steering_error(shown(refiner), progress));
+        growth_ = largest_growth;
         // Fitted colours reduce the error to less than a half.
         if (root(error.square) > 3 * target_.error) return false;
         fitted_ = refiner.fitted();
@@ -116,20 +122,35 @@ private:
             error = by_fit;
         else
             fitted_.reset();
-        if (!is_enough(refiner, error)) return false;
-        HF_TRY(const BakeErrorMeter::Interpolation between,
-               meter_.interpolation_error(shown(refiner), ++seed_, 2048, progress));
-        SquareEstimate upper = between.square;
-        upper.square = upper_end(between.square);
-        return is_enough(refiner, upper);
+        set_growth(error);
+        if (!is_enough(refiner, error, 1)) return false;
+        // Other points than the steering ones decide. A close decision takes more of them, which cost less than
+        // the vertices that a wide interval would demand.
+        ++seed_;
+        for (const std::size_t points : {2048, 8192}) {
+            HF_TRY(const BakeErrorMeter::Interpolation between,
+                   meter_.interpolation_error(shown(refiner), seed_, points, progress));
+            set_growth(between.square);
+            if (is_enough(refiner, interval_end(between.square, 19), margin)) return true;
+            if (!is_enough(refiner, interval_end(between.square, 1), 1)) return false;
+        }
+        return false;
+    }
+
+    /// Limits the next step. Errors of interpolation are about inversely proportional to the number of
+    /// vertices.
+    void set_growth(const SquareEstimate& between) {
+        growth_ = std::clamp(root(between.square) / target_.error, least_growth, largest_growth);
     }
 
     /// True if the whole error reaches the target with this error of interpolation, or if the shading misses
     /// it and interpolation adds little.
-    bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between) const {
+    ///
+    /// share  of the target.
+    bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between, double share) const {
         const double total = meter_.error(shown(refiner), {between, {}, 0, {}}, measured_).total;
-        return total <= margin * target_.error || (root(measured_.all.square) > margin * target_.error &&
-                                                   root(between.square) <= least_share * target_.error);
+        return total <= share * target_.error || (root(measured_.all.square) > share * target_.error &&
+                                                  root(between.square) <= least_share * target_.error);
     }
 
     SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
@@ -145,11 +166,15 @@ private:
     BakeErrorMeter& meter_;
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
+    double growth_ = largest_growth;  ///< Largest factor by which the next step multiplies the vertices.
     std::optional<SceneRadiance> fitted_;
 };
 
 /// Returns the fine meshes with their radiance, which is extrapolated to vertices inside other instances.
-std::vector<RadiantMesh> radiant_fine_meshes(const ShadedScene& scene, SceneRadiance radiance) {
+///
+/// indirect  with gathered irradiance; null: no bounces.
+std::vector<RadiantMesh> radiant_fine_meshes(const ShadedScene& scene, SceneRadiance radiance,
+                                             const IndirectLight* indirect) {
     const PlacedSolids solids(scene);
     std::vector<RadiantMesh> meshes;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -158,6 +183,8 @@ std::vector<RadiantMesh> radiant_fine_meshes(const ShadedScene& scene, SceneRadi
             RadiantMesh{*entity.mesh, std::move(radiance[i]), entity.occlusion->samples()});
         mesh.samples.buried = solids.buried_vertices(scene, i, mesh.mesh, entity.occlusion->samples());
         BuriedFill(mesh.mesh, mesh.samples.buried)(mesh.radiance);
+        for (std::size_t v = 0; indirect && v < mesh.radiance.size(); ++v)
+            mesh.irradiance.push_back({indirect->irradiance[i][v], indirect->nearness[i][v]});
     }
     return meshes;
 }
@@ -222,8 +249,10 @@ int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
     }
     tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
         GatheredPoint& point = points[k];
-        point.irradiance = lit.indirect->irradiance_at(lit.scene, point.displayed.at.instance, point.surface,
-                                                       4 * most_gathering_rays);
+        point.irradiance =
+            lit.indirect
+                ->gathered_at(lit.scene, point.displayed.at.instance, point.surface, 4 * most_gathering_rays)
+                .irradiance;
     });
     double all = 0;
     for (const GatheredPoint& point : points) {
@@ -241,7 +270,8 @@ int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
         tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
             const GatheredPoint& point = points[k];
             const Rgb found =
-                lit.indirect->irradiance_at(lit.scene, point.displayed.at.instance, point.surface, rays);
+                lit.indirect->gathered_at(lit.scene, point.displayed.at.instance, point.surface, rays)
+                    .irradiance;
             errors[k] = point.displayed.displayed({point.reflectance * (found - point.irradiance)}).length2();
         });
         if (std::accumulate(errors.begin(), errors.end(), 0.0) <= allowed) break;
@@ -292,7 +322,7 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     const PointShading shading = lit();
     if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
     HF_TRY_DONE(Search(shading, target, *meter, measured)(
-        radiant_fine_meshes(direct.scene, std::move(radiance)), displayed, bake, progress));
+        radiant_fine_meshes(direct.scene, std::move(radiance), shading.indirect), displayed, bake, progress));
     return bake;
 }
 

@@ -14,6 +14,9 @@ namespace haarfield {
 namespace {
 
 constexpr float not_shaded = -1;
+/// Irradiance is interpolated along edges that are shorter than this share of the distance to other surfaces
+/// (1 / nearness), whose normals turn less than this, and whose ends differ less than this.
+constexpr float interpolated_length = 0.1f, least_cosine = 0.995f, largest_difference = 0.05f;
 /// The weight of errors that are not in the picture.
 constexpr double hidden_share = 0.25;
 
@@ -32,10 +35,11 @@ struct Middle {
     float error = not_shaded;  ///< The largest error of all sides.
     /// Before it is shaded: the largest error in the triangles that were split to make this edge.
     float expected = std::numeric_limits<float>::infinity();
-    bool is_visible = true;          ///< Both ends are in the picture, on any side.
-    float difference = 0;            ///< The largest difference of all sides, not relative.
-    std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides.
-    LocalSamples samples;            ///< By EdgeBisection::sides.
+    bool is_visible = true;                      ///< Both ends are in the picture, on any side.
+    float difference = 0;                        ///< The largest difference of all sides, not relative.
+    std::vector<Outgoing> radiance;              ///< By EdgeBisection::sides.
+    LocalSamples samples;                        ///< By EdgeBisection::sides.
+    std::vector<GatheredIrradiance> irradiance;  ///< By EdgeBisection::sides.
 };
 
 /// An instance during refinement.
@@ -43,8 +47,9 @@ struct RefinedInstance {
     EdgeBisection bisection;
     std::vector<Outgoing> radiance;
     LocalSamples samples;
-    std::vector<std::uint8_t> visible;  ///< By vertex: false if it is not in the picture.
-    std::vector<Middle> middles;        ///< By edge.
+    std::vector<std::uint8_t> visible;           ///< By vertex: false if it is not in the picture.
+    std::vector<GatheredIrradiance> irradiance;  ///< By vertex.
+    std::vector<Middle> middles;                 ///< By edge.
     float scale;
     double shortest;  ///< Edges below twice this length are not split, in the entity's frame. [m]
 
@@ -77,13 +82,13 @@ struct MeshRefiner::State {
         begin(std::move(start), std::move(visible));
     }
 
-    Result<bool> step(const Progress& progress) {
+    Result<bool> step(const Progress& progress, std::size_t most_vertices) {
         HF_TRY_DONE(shade_middles(new_candidates(), progress));
-        std::vector<InstanceEdge> splits = best_splits();
+        std::vector<InstanceEdge> splits = best_splits(most_vertices);
         if (splits.empty() && !budget_used_up_) {
             least_gain_ = 0;
             HF_TRY_DONE(shade_middles(new_candidates(), progress));
-            splits = best_splits();
+            splits = best_splits(most_vertices);
         }
         // Shades the longer edges that must be split before the chosen ones.
         HF_TRY_DONE(shade_middles(unshaded(splits), progress));
@@ -161,10 +166,12 @@ struct MeshRefiner::State {
                                   std::move(start[i].radiance),
                                   std::move(start[i].samples),
                                   std::move(visible[i]),
+                                  std::move(start[i].irradiance),
                                   {},
                                   instance.placement.scale,
                                   5e-4 * double(radius)});
             RefinedInstance& added = instances_.back();
+            added.irradiance.resize(added.radiance.size());
             added.middles.resize(added.bisection.edges().size());
             for (std::uint32_t edge = 0; edge < added.middles.size(); ++edge) set_visible(added, edge);
         }
@@ -237,11 +244,14 @@ struct MeshRefiner::State {
         struct SideMiddle {
             std::optional<SurfacePoint> point;  ///< Absent if the middle is buried.
             Outgoing interpolated;
+            GatheredIrradiance irradiance;
         };
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
             const auto [i, edge] = edges[n];
-            const auto& [bisection, radiance, samples, visible, ignored, scale, shortest] = instances_[i];
+            const RefinedInstance& instance = instances_[i];
+            const EdgeBisection& bisection = instance.bisection;
+            const std::vector<Outgoing>& radiance = instance.radiance;
             const EntityOcclusion& occlusion =
                 *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
             for (const EdgeBisection::Side& side : bisection.sides(edge)) {
@@ -249,13 +259,20 @@ struct MeshRefiner::State {
                     point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
                              bisection.middle_normal(side), occlusion.sampler());
                 if (point && solids_.contain(shading_.scene, i, *point)) point.reset();
-                middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f});
+                GatheredIrradiance irradiance;
+                if (point && shading_.indirect) {
+                    const auto interpolated = interpolated_irradiance(instance, edge, side);
+                    irradiance = interpolated ? *interpolated
+                                              : shading_.indirect->gathered_at(shading_.scene, i, *point);
+                }
+                middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f, irradiance});
             }
         });
         std::vector<InstancePoint> points;
         for (std::size_t n = 0; n < edges.size(); ++n)
             for (const SideMiddle& side : middles[n])
-                if (side.point) points.push_back({edges[n].instance, *side.point});
+                if (side.point)
+                    points.push_back({edges[n].instance, *side.point, side.irradiance.irradiance});
         HF_TRY(const std::vector<Outgoing> radiance, shaded(points, progress));
         auto next = radiance.begin();
         for (std::size_t n = 0; n < edges.size(); ++n) {
@@ -265,6 +282,7 @@ struct MeshRefiner::State {
                 middle.radiance.push_back(side.point ? *next++ : side.interpolated);
                 middle.samples.points.push_back(side.point ? side.point->sample : Vec3f(0.0f));
                 middle.samples.buried.push_back(!side.point);
+                middle.irradiance.push_back(side.irradiance);
                 middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
                 middle.difference =
                     std::max(middle.difference, difference(middle.radiance.back(), side.interpolated));
@@ -273,9 +291,27 @@ struct MeshRefiner::State {
         return Done{};
     }
 
+    /// Returns the irradiance of the middle of an edge if it may be interpolated between the ends.
+    static std::optional<GatheredIrradiance> interpolated_irradiance(const RefinedInstance& instance,
+                                                                     std::uint32_t edge,
+                                                                     const EdgeBisection::Side& side) {
+        const GatheredIrradiance &a = instance.irradiance[side.low], &b = instance.irradiance[side.high];
+        const Mesh& mesh = instance.bisection.mesh();
+        const double length = instance.length(edge) * double(instance.scale);
+        const Rgb mean = (a.irradiance + b.irradiance) * 0.5f, apart = a.irradiance - b.irradiance;
+        const auto sum = [](const Rgb& c) { return std::abs(c.x) + std::abs(c.y) + std::abs(c.z); };
+        // Infinite if the nearness of an end is unknown.
+        const double nearness = double(std::max(a.nearness, b.nearness));
+        if (!(length * nearness < double(interpolated_length)) ||
+            mesh.normals[side.low].dot(mesh.normals[side.high]) < least_cosine ||
+            sum(apart) > largest_difference * sum(mean))
+            return std::nullopt;
+        return GatheredIrradiance{mean, (a.nearness + b.nearness) * 0.5f};
+    }
+
     /// The edges of this round, and with each the longer ones of its triangles that have to be split before
     /// it; as many as the budget allows.
-    std::vector<InstanceEdge> best_splits() {
+    std::vector<InstanceEdge> best_splits(std::size_t most_vertices) {
         budget_used_up_ = false;
         std::vector<InstanceEdge> beyond;
         std::vector<double> gains;
@@ -321,6 +357,7 @@ struct MeshRefiner::State {
                 break;
             }
             vertices += added;
+            if (vertices >= most_vertices) break;
         }
         return chosen;
     }
@@ -356,6 +393,7 @@ struct MeshRefiner::State {
             append(instance.samples.points, middle.samples.points);
             append(instance.samples.buried, middle.samples.buried);
             append(instance.visible, are_visible);
+            append(instance.irradiance, middle.irradiance);
             instance.middles.resize(instance.bisection.edges().size());
             const auto begin_edge = [&](std::uint32_t e) {
                 instance.middles[e].expected = expected;
@@ -392,8 +430,8 @@ MeshRefiner::MeshRefiner(const PointShading& shading, const RefinementSettings& 
     : state_(std::make_unique<State>(shading, settings, std::move(start), std::move(visible))) {}
 MeshRefiner::~MeshRefiner() = default;
 
-Result<bool> MeshRefiner::step(const Progress& progress) {
-    return state_->step(progress);
+Result<bool> MeshRefiner::step(const Progress& progress, std::size_t most_vertices) {
+    return state_->step(progress, most_vertices);
 }
 std::size_t MeshRefiner::vertices() const {
     return state_->vertices_;

@@ -1,6 +1,7 @@
 #pragma once
 /// Meshes that are refined where their radiance requires it.
 
+#include <limits>
 #include <memory>
 
 #include "shading/bake/mesh_point.h"
@@ -42,6 +43,9 @@ struct Refinement {
 /// divided across its longest edge first, so that angles stay above half of the smallest angle in `start`.
 /// There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
 ///
+/// Indirect irradiance is gathered at the middles of edges whose surroundings are near, bent or unevenly lit, and
+/// is interpolated between the ends of the other edges.
+///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.
 /// source    the four-triangle longest-edge partition: Rivara 1984, Algorithms for refining triangular grids
@@ -59,8 +63,10 @@ public:
     /// Returns false if no edge was split: all errors are within the tolerance, the budget is used up, or all
     /// edges are too short.
     ///
-    /// errors  interrupted; then the refiner is of no use.
-    Result<bool> step(const Progress& progress = {});
+    /// most_vertices  the step ends when the meshes have this number of vertices, or a few more.
+    /// errors         interrupted; then the refiner is of no use.
+    Result<bool> step(const Progress& progress = {},
+                      std::size_t most_vertices = std::numeric_limits<std::size_t>::max());
 
     std::size_t vertices() const;    ///< Of all instances.
     bool is_budget_used_up() const;  ///< True if the last step split fewer edges because of the budget.

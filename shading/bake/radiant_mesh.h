@@ -10,8 +10,9 @@ namespace haarfield {
 /// The mesh of an instance with radiance, in the frame of its entity.
 struct RadiantMesh {
     Mesh mesh;
-    std::vector<Outgoing> radiance;  ///< By vertex. [W/(m^2 sr)]
-    LocalSamples samples;            ///< Sample points of the vertices.
+    std::vector<Outgoing> radiance;                ///< By vertex. [W/(m^2 sr)]
+    LocalSamples samples;                          ///< Sample points of the vertices.
+    std::vector<GatheredIrradiance> irradiance{};  ///< Indirect, by vertex; empty: unknown.
 };
 
 /// A mesh whose vertices can be shaded, in the frame of the instance's entity. Its pointers must outlive it.

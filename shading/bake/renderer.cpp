@@ -21,11 +21,13 @@ public:
         : shading_(shading), visibility_(shading.scene, shading.geometry) {}
 
     /// Adds a point to the run.
-    void add(std::size_t instance, const SurfacePoint& point) {
+    void add(const InstancePoint& added) {
+        const auto& [instance, point, irradiance] = added;
         const ShadingPoint& at = take_up(instance, point);
         shade_if(visibility_.look(instance, point, at));
         if (shading_.indirect)
-            add_indirect(shading_.indirect->irradiance_at(shading_.scene, instance, point));
+            add_indirect(irradiance ? *irradiance
+                                    : shading_.indirect->irradiance_at(shading_.scene, instance, point));
     }
 
     /// Adds a vertex to the run.
@@ -138,7 +140,7 @@ Result<std::vector<Outgoing>> point_radiance(const PointShading& shading,
                                       end = std::min(points.size(), begin + run);
                     for (std::size_t i = begin; i != end; ++i) {
                         if (progress.stop.stop_requested()) return;
-                        shader->add(points[i].instance, points[i].point);
+                        shader->add(points[i]);
                     }
                     std::ranges::copy(shader->finish(),
                                       radiance.begin() + static_cast<std::ptrdiff_t>(begin));

@@ -43,6 +43,7 @@ Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress
 struct InstancePoint {
     std::size_t instance = 0;
     SurfacePoint point;
+    std::optional<Rgb> irradiance{};  ///< Its indirect irradiance; none: to be gathered. [W/m^2]
 };
 
 /// Computes the outgoing radiance of points that need not be vertices, in their order. Occlusion of a point

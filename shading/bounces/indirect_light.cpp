@@ -129,32 +129,32 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
     return result;
 }
 
-Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point,
-                                 int rays) const {
+GatheredIrradiance IndirectLight::gathered_at(const ShadedScene& scene, std::size_t instance,
+                                              const SurfacePoint& point, int rays) const {
     const Placement& placement = scene.instances[instance].placement;
     const Vec3f from = placement.point_to_world(point.sample);
     const Vec3d normal(placement.direction_to_world(point.normal));
     const auto [across, up] = axes_across(normal);
     // spiral_direction for each ray, with its sines by a recurrence.
     const double turn_cosine = std::cos(golden_angle), turn_sine = std::sin(golden_angle);
-    double cosine = 1, sine = 0;
+    double cosine = 1, sine = 0, near = 0;
     Rgb sum(0.0f);
     for (int k = 0; k < rays; ++k) {
         const double square = (k + 0.5) / rays, around = std::sqrt(1 - square);
-        sum += radiance_along(
-            scene, from,
-            Vec3f(across * (around * cosine) + up * (around * sine) + normal * std::sqrt(square)));
+        const Vec3f direction(across * (around * cosine) + up * (around * sine) + normal * std::sqrt(square));
+        if (const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction)) {
+            sum += radiance_of(scene, *hit);
+            near += 1 / double(std::max(hit->distance, 1e-12f));
+        }
         const double turned = cosine * turn_cosine - sine * turn_sine;
         sine = sine * turn_cosine + cosine * turn_sine;
         cosine = turned;
     }
-    return sum * static_cast<float>(pi / rays);
+    return {sum * static_cast<float>(pi / rays), static_cast<float>(near / rays)};
 }
 
-Rgb IndirectLight::radiance_along(const ShadedScene& scene, const Vec3f& from, const Vec3f& direction) const {
-    const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction);
-    if (!hit || hit->is_back) return Rgb(0.0f);
-    return between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit);
+Rgb IndirectLight::radiance_of(const ShadedScene& scene, const SurfaceHit& hit) const {
+    return hit.is_back ? Rgb(0.0f) : between(radiance[hit.instance], mesh_of(scene, hit.instance), hit);
 }
 
 Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,
@@ -163,8 +163,9 @@ Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, co
     if (brdf.specular == Rgb(0.0f)) return {diffuse};
     Rgb sum(0.0f);
     visit_lobe_rays(brdf, [&](const LobeRay& ray) {
+        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, ray.direction);
         const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
-        sum += radiance_along(scene, from, ray.direction) * tint * ray.weight;
+        if (hit) sum += radiance_of(scene, *hit) * tint * ray.weight;
     });
     return {diffuse, sum * brdf.specular};
 }

@@ -35,15 +35,27 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
 /// Returns diffuse albedo / pi of the vertices of a scene, including their tints, by row. [1/sr]
 std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometry& geometry);
 
+/// The indirect irradiance of a point, and how fast it may vary.
+struct GatheredIrradiance {
+    Rgb irradiance{0.0f};  ///< [W/m^2]
+    /// Mean of 1 / distance to the surfaces over the directions, with the density of the cosine; infinite if
+    /// unknown. Irradiance varies little over distances that are short compared with 1 / nearness, as in
+    /// irradiance caches (Ward, Rubinstein and Clear, A ray tracing solution for diffuse interreflection,
+    /// 1988). [1/m]
+    float nearness = std::numeric_limits<float>::infinity();
+};
+
 /// Indirect light at the vertices of a scene and at points between them.
 struct IndirectLight {
     std::shared_ptr<const FineSurface> surface;
-    SceneColours irradiance;          ///< Indirect irradiance by vertex, smoothed. [W/m^2]
-    SceneColours radiance;            ///< Diffuse, direct and indirect, with tints, by vertex. [W/(m^2 sr)]
+    SceneColours irradiance;  ///< Indirect irradiance by vertex, smoothed. [W/m^2]
+    SceneColours radiance;    ///< Diffuse, direct and indirect, with tints, by vertex. [W/(m^2 sr)]
+    /// GatheredIrradiance::nearness by instance and vertex; empty if no irradiance was gathered. [1/m]
+    std::vector<std::vector<float>> nearness;
     int bounces = 0;                  ///< BouncedLight::bounces.
     double left_out = 0;              ///< BouncedLight::left_out.
     std::size_t transport_bytes = 0;  ///< Memory of the transport matrix. [bytes]
-    int gathering_rays = 256;         ///< Of irradiance_at.
+    int gathering_rays = 256;         ///< Of gathered_at.
 
     /// Gathers the irradiance of a point from the diffuse radiance of the surfaces around it. Next to other
     /// surfaces it is more accurate than interpolation between vertices, which are too far apart there.
@@ -52,12 +64,17 @@ struct IndirectLight {
     /// accuracy  the rays have the same directions at all points of a plane, so that errors vary slowly: 2 %
     ///           with 256 rays.
     /// cost      about 0.2 us per ray.
-    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const {
-        return irradiance_at(scene, instance, point, gathering_rays);
+    GatheredIrradiance gathered_at(const ShadedScene& scene, std::size_t instance,
+                                   const SurfacePoint& point) const {
+        return gathered_at(scene, instance, point, gathering_rays);
     }
     /// Gathers with any number of rays.
-    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point,
-                      int rays) const;
+    GatheredIrradiance gathered_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point,
+                                   int rays) const;
+    /// Returns the irradiance of gathered_at.
+    Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const {
+        return gathered_at(scene, instance, point).irradiance;
+    }
 
     /// Computes the radiance of a point by indirect light. Specular lobes reflect diffuse radiance only.
     ///
@@ -69,8 +86,8 @@ struct IndirectLight {
                       const Rgb& arriving) const;
 
 private:
-    /// Returns the diffuse radiance of the surface in a direction; black if there is none.
-    Rgb radiance_along(const ShadedScene& scene, const Vec3f& from, const Vec3f& direction) const;
+    /// Returns the diffuse radiance of a hit surface; black if its back was hit.
+    Rgb radiance_of(const ShadedScene& scene, const SurfaceHit& hit) const;
 };
 
 /// Smooths the irradiance of bounced light and assigns it to the vertices of the scene. Hidden vertices
