@@ -1,9 +1,9 @@
 #pragma once
 /// Fields on disk: OpenVDB files whose grids are the field (field_grids.h).
 ///
-/// A file appears complete or not at all. A reader process parses it (fields/file/reader_process.h). The hashes of
-/// the grids, all indices and all numbers are verified (field_defect). A file that another program saved again
-/// remains valid as long as values and metadata are unchanged.
+/// A file appears complete or not at all. A reader process parses it (fields/file/reader_process.h). The
+/// hashes of the grids, all indices and all numbers are verified (field_defect). A file that another program
+/// saved again remains valid as long as values and metadata are unchanged.
 
 #include "fields/base/result.h"
 #include "fields/field/visibility_field.h"
@@ -16,8 +16,8 @@ namespace haarfield {
 /// Writes the field to `file` atomically: to a temporary file next to it, which is synced, read back,
 /// compared and renamed.
 ///
-/// errors  a defect of the field; those of the system (full disk, read-only directory ...). The target is then
-///         unchanged, and the temporary file is removed.
+/// errors  a defect of the field; those of the system (full disk, read-only directory ...). The target is
+///         then unchanged, and the temporary file is removed.
 /// cost    about three times the field's memory.
 Result<Done> write_field(const VisibilityField& field, const std::filesystem::path& file);
 
@@ -62,8 +62,8 @@ struct FieldCard {
 /// cost  a few pages of the file.
 Result<FieldCard> read_field_card(const std::filesystem::path& file);
 
-/// Reads and verifies a file like read_field. Then recomputes the grids for other programs from the field, and
-/// compares them.
+/// Reads and verifies a file like read_field. Then recomputes the grids for other programs from the field,
+/// and compares them.
 ///
 /// accuracy  these grids may differ by 1e-5, because compilers round differently.
 /// errors    the first failed check.

@@ -1,5 +1,6 @@
 #pragma once
-/// Fields as OpenVDB grids, which are the content of a field file. README.md of this folder specifies the format.
+/// Fields as OpenVDB grids, which are the content of a field file. README.md of this folder specifies the
+/// format.
 
 #include "fields/base/byte_stream.h"
 #include "fields/base/result.h"
@@ -29,8 +30,8 @@ enum class FieldContent {
 /// Reads the grids of a file with OpenVDB, verifies their hashes, and writes the field as field_transfer.h
 /// describes. OpenVDB trusts its input, so that programs call this function in a reader process.
 ///
-/// errors  (with an empty `where`) the file is cut short or not a field; a grid is missing, unknown, changed, or
-///         belongs to another field; another version. Throws the exceptions of OpenVDB.
+/// errors  (with an empty `where`) the file is cut short or not a field; a grid is missing, unknown, changed,
+///         or belongs to another field; another version. Throws the exceptions of OpenVDB.
 /// memory  one grid at a time: at most 8 MiB, but for more than 10^6 faces or samples.
 Result<Done> read_field_grids(std::string_view bytes, FieldContent content, ByteSink& answer);
 

@@ -40,8 +40,8 @@ void write_field_padding(std::uint64_t table_bytes, ByteSink& sink);
 /// errors  (with an empty `where`) the head is too short or too long.
 Result<FieldHead> transferred_head(std::string_view bytes);
 
-/// Reads a field, whose pool refers to the bytes. The bytes are untrusted; the sizes of the tables are checked,
-/// their content is not (field_defect).
+/// Reads a field, whose pool refers to the bytes. The bytes are untrusted; the sizes of the tables are
+/// checked, their content is not (field_defect).
 ///
 /// errors  (with an empty `where`) the head or a table is too short or too long.
 /// cost    the handles are copied.

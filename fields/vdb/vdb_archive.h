@@ -16,9 +16,9 @@ namespace haarfield {
 /// Registers OpenVDB's types of grids and metadata. Thread-safe; repeated calls cost nothing.
 void initialize_openvdb();
 
-/// An OpenVDB file in memory. OpenVDB trusts its input: a damaged file can crash it, so that it reads untrusted
-/// files only in a reader process (fields/file/reader_process.h). Apart from that, all members throw
-/// openvdb::Exception, std::bad_alloc and other exceptions for damaged files.
+/// An OpenVDB file in memory. OpenVDB trusts its input: a damaged file can crash it, so that it reads
+/// untrusted files only in a reader process (fields/file/reader_process.h). Apart from that, all members
+/// throw openvdb::Exception, std::bad_alloc and other exceptions for damaged files.
 class VdbInput : private openvdb::io::Archive {
 public:
     /// Reads the header and the list of grids. Refers to the bytes.
@@ -60,8 +60,8 @@ private:
     std::uint64_t trailing_bytes_ = 0;
 };
 
-/// Returns the file of these grids, compressed by Blosc. OpenVDB gives each file a random UUID. A UUID computed
-/// from the content replaces it, so that equal grids have equal bytes.
+/// Returns the file of these grids, compressed by Blosc. OpenVDB gives each file a random UUID. A UUID
+/// computed from the content replaces it, so that equal grids have equal bytes.
 ///
 /// errors  throws for a failure of OpenVDB.
 std::string vdb_bytes(const openvdb::GridPtrVec& grids);

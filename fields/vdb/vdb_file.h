@@ -44,7 +44,8 @@ struct VdbListing {
 
 /// Reads which grids a file has.
 ///
-/// errors  no OpenVDB file, cut short, or with a type of grid that OpenVDB does not know; those of guarded_read.
+/// errors  no OpenVDB file, cut short, or with a type of grid that OpenVDB does not know; those of
+///         guarded_read.
 /// cost    reads which voxels are active, and no values.
 Result<VdbListing> read_vdb_listing(const std::filesystem::path& file);
 
@@ -77,8 +78,8 @@ struct VdbLeaves {
 
 /// Reads one grid. Values of type double are rounded to float; bool becomes 0 or 1.
 ///
-/// errors  those of read_vdb_listing; no such grid; values other than float, double, int32, bool and vectors of
-///         three floats, doubles or int32.
+/// errors  those of read_vdb_listing; no such grid; values other than float, double, int32, bool and vectors
+///         of three floats, doubles or int32.
 Result<VdbLeaves> read_vdb_leaves(const std::filesystem::path& file, std::string_view grid);
 
 /// Calls act(voxel, numbers) for each active voxel outside tiles. The numbers are floats: only for

@@ -124,8 +124,8 @@ private:
             fitted_.reset();
         set_growth(error);
         if (!is_enough(refiner, error, 1)) return false;
-        // Other points than the steering ones decide. A close decision takes more of them, which cost less than
-        // the vertices that a wide interval would demand.
+        // Other points than the steering ones decide. A close decision takes more of them, which cost less
+        // than the vertices that a wide interval would demand.
         ++seed_;
         for (const std::size_t points : {2048, 8192}) {
             HF_TRY(const BakeErrorMeter::Interpolation between,

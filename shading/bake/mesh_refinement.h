@@ -43,8 +43,8 @@ struct Refinement {
 /// divided across its longest edge first, so that angles stay above half of the smallest angle in `start`.
 /// There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
 ///
-/// Indirect irradiance is gathered at the middles of edges whose surroundings are near, bent or unevenly lit, and
-/// is interpolated between the ends of the other edges.
+/// Indirect irradiance is gathered at the middles of edges whose surroundings are near, bent or unevenly
+/// lit, and is interpolated between the ends of the other edges.
 ///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.

@@ -2,8 +2,8 @@
 // messages.
 //
 // Each file must be read or rejected within 5 s of processor time (a whole model 30 s) and 1 GiB, without a
-// crash. A modified field must be rejected or unchanged, and a field with correct hashes must be safe to use. A
-// mesh of arbitrary numbers must bake to finite radiance. Whole models must bake likewise, or be rejected.
+// crash. A modified field must be rejected or unchanged, and a field with correct hashes must be safe to use.
+// A mesh of arbitrary numbers must bake to finite radiance. Whole models must bake likewise, or be rejected.
 // Files are read in a child process, so that a crash is counted, the file is saved, and the next file is
 // read. With --apart, files of third-party formats are read by a reader process, as in the program. Crashes
 // of that process are counted, but are not failures.
