@@ -24,7 +24,7 @@ const std::map<std::string, std::vector<std::string>> rooms_of{
     {"fields",
      {"base", "file", "mesh", "model", "occluder", "preparation", "wavelets", "rasterizer", "vdb", "field"}},
     {"shading", {"walk", "scene", "visibility", "bounces", "bake", "transfer"}},
-    {"bridge", {"povray", "pictures", "files"}},
+    {"bridge", {"povray", "povray_import", "pictures", "files"}},
 };
 
 // Libraries that only some files may include, and these files.

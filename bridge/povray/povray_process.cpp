@@ -1,5 +1,6 @@
 #include "bridge/povray/povray_process.h"
 
+#include "bridge/povray/povray_log.h"
 #include "bridge/povray/povray_scene.h"
 #include "fields/file/child_process.h"
 #include "fields/file/input_file.h"
@@ -75,50 +76,8 @@ private:
     int lock_ = -1;
 };
 
-std::vector<std::string> lines_of(const std::string& log) {
-    std::vector<std::string> lines(1);
-    for (char c : log)
-        if (c == '\n' || c == '\r')
-            lines.emplace_back();
-        else
-            lines.back() += c;
-    return lines;
-}
-
-/// Returns POV-Ray's messages, each on one line. POV-Ray breaks lines after 79 columns, before a space if
-/// there is one, so that the pieces are joined without a separator.
-std::vector<std::string> messages(const std::string& log) {
-    static constexpr const char* starts[] = {"File '", "Possible ", "Parse ",  "Warning", "Fatal",
-                                             "Render", "Error",     "Problem", "POV-Ray", "----",
-                                             "====",   "povray:",   "Failed"};
-    std::vector<std::string> result;
-    bool open = false;
-    for (const std::string& line : lines_of(log)) {
-        const bool is_start = std::any_of(std::begin(starts), std::end(starts),
-                                          [&](const char* start) { return line.rfind(start, 0) == 0; });
-        if (is_start)
-            result.push_back(line);
-        else if (open && !line.empty())
-            result.back() += line;
-        open = is_start || (open && !line.empty());
-    }
-    return result;
-}
-
 bool contains(const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
-}
-
-std::string description(const std::string& log) {
-    std::string words, last;
-    for (const std::string& message : messages(log)) {
-        if (contains(message, "cannot open the user configuration")) continue;  // every run prints it
-        if (contains(message, "Error:") || contains(message, "Failed") || contains(message, "rror in") ||
-            contains(message, "Problem"))
-            if (!contains(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
-        if (!contains(message, "----") && !contains(message, "====")) last = message;
-    }
-    return words.empty() ? last : words;
 }
 
 double logged_seconds(const std::string& log, const char* key) {
@@ -239,7 +198,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
         if (Clock::now() - last_word > std::chrono::duration<double>(options.patience))
             return Error{scene.string(), fmt::format("POV-Ray reported nothing for {} s and was ended; its "
                                                      "last messages: {}",
-                                                     options.patience, description(log))};
+                                                     options.patience, povray_failure(log))};
         report_pixels(log, progress);
         if (log.size() > longest_log) log.erase(0, log.size() / 2);
     }
@@ -248,18 +207,18 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     if (WIFSIGNALED(status))
         return Error{scene.string(),
                      fmt::format("POV-Ray was ended by signal {} ({}); its last messages: {}",
-                                 WTERMSIG(status), strsignal(WTERMSIG(status)), description(log))};
+                                 WTERMSIG(status), strsignal(WTERMSIG(status)), povray_failure(log))};
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
         return Error{scene.string(),
                      fmt::format("POV-Ray failed (exit code {}): {}",
-                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, description(log))};
+                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, povray_failure(log))};
     if (!std::filesystem::is_regular_file(picture, code))
-        return Error{scene.string(), "POV-Ray wrote no picture: " + description(log)};
+        return Error{scene.string(), "POV-Ray wrote no picture: " + povray_failure(log)};
     HF_TRY_DONE(move_output(picture, target));
 
     run.parse_seconds = logged_seconds(log, "Parse Time:");
     run.trace_seconds = logged_seconds(log, "Trace Time:");
-    for (std::string& message : messages(log))
+    for (std::string& message : povray_messages(log))
         if (contains(message, "Warning") || contains(message, "Possible"))
             if (!contains(message, "Stream to console")) run.warnings.push_back(std::move(message));
     return run;

@@ -15,8 +15,8 @@ namespace {
 
 /// Runs in the child between fork and exec, and must not acquire a lock that another thread may hold. If exec
 /// fails, writes the error number to `failure`.
-[[noreturn]] void become(const char* program, char* const* arguments, const char* folder, pid_t parent,
-                         int log, int failure) {
+[[noreturn]] void become(const char* program, char* const* arguments, const char* folder,
+                         const ChildSandbox* sandbox, pid_t parent, int log, int failure) {
     // The parent may be killed before it can end the child.
     end_with_parent();
     for (const int ignored : {SIGPIPE, SIGXFSZ}) ::signal(ignored, SIG_DFL);
@@ -25,8 +25,12 @@ namespace {
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
     const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
     if (::getppid() == parent && nothing >= 0 && ::dup2(nothing, STDIN_FILENO) >= 0 &&
-        ::dup2(nothing, STDOUT_FILENO) >= 0 && ::dup2(log, STDERR_FILENO) >= 0 && ::chdir(folder) == 0)
-        ::execvp(program, arguments);
+        ::dup2(nothing, STDOUT_FILENO) >= 0 && ::dup2(log, STDERR_FILENO) >= 0 && ::chdir(folder) == 0) {
+        if (sandbox && !sandbox->enter())
+            errno = EPERM;
+        else
+            ::execvp(program, arguments);
+    }
     const int number = errno;
     [[maybe_unused]] const ssize_t told = ::write(failure, &number, sizeof number);
     ::_exit(127);
@@ -43,7 +47,7 @@ ChildProcess::~ChildProcess() {
 }
 
 int ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
-                        const std::filesystem::path& folder) {
+                        const std::filesystem::path& folder, const ChildSandbox* sandbox) {
     int ends[2], failure[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) return errno;
     if (::pipe2(failure, O_CLOEXEC) != 0) {
@@ -57,7 +61,7 @@ int ChildProcess::start(const std::string& program, const std::vector<std::strin
     argv.push_back(nullptr);
     const pid_t parent = getpid();
     id_ = fork();
-    if (id_ == 0) become(program.c_str(), argv.data(), folder.c_str(), parent, ends[1], failure[1]);
+    if (id_ == 0) become(program.c_str(), argv.data(), folder.c_str(), sandbox, parent, ends[1], failure[1]);
     int number = id_ < 0 ? errno : 0;
     ::close(ends[1]);
     ::close(failure[1]);

@@ -1,6 +1,8 @@
 #pragma once
 /// A child process whose stderr is read.
 
+#include "fields/file/child_sandbox.h"
+
 #include <sys/types.h>
 
 #include <filesystem>
@@ -23,9 +25,11 @@ public:
     ///
     /// program   a path, or a name to be looked up in PATH.
     /// folder    the working directory of the program.
-    /// returns   0, or an error number (ENOENT: the program does not exist).
+    /// sandbox   restricts the program; null: none.
+    /// returns   0, or an error number (ENOENT: the program does not exist; EPERM: the system refuses the
+    ///           sandbox).
     int start(const std::string& program, const std::vector<std::string>& arguments,
-              const std::filesystem::path& folder);
+              const std::filesystem::path& folder, const ChildSandbox* sandbox = nullptr);
 
     /// Appends available output to `text`; waits up to 20 ms for it. Returns false at the end of the output.
     bool read_some(std::string& text) const;

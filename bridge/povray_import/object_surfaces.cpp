@@ -1,0 +1,216 @@
+#include "bridge/povray_import/object_surfaces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+#include "bridge/povray_import/object_frame.h"
+#include "fields/base/parallel_loop.h"
+
+namespace haarfield {
+namespace {
+
+/// POV-Ray's text that traces the lines of a grid. HF_G holds the parameters of the objects, HF_R their rows.
+constexpr const char* trace_macros = R"(
+#macro HF_Line(HF_O,HF_D,HF_E,HF_L)
+  #local HF_T=HF_O; #local HF_C=0; #local HF_S=0;
+  #while(HF_C<100)
+    #local HF_M=<0,0,0>;
+    #local HF_P=trace(HF_B,HF_T,HF_D,HF_M);
+    #if(vlength(HF_M)<0.5)
+      #local HF_C=1000;
+    #else
+      #local HF_K=vdot(HF_P,HF_D);
+      #if(HF_K>HF_E)
+        #local HF_C=1000;
+      #else
+        #local HF_W=HF_M*(vdot(HF_M,HF_D)<0 ? -1 : 1);
+        #local HF_Q=HF_P-HF_W*0.002; #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+        #local HF_Q=HF_P+HF_W*0.002; #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+        #if(HF_X=HF_Y)
+          #local HF_Q=HF_P-HF_W*0.02; #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+          #local HF_Q=HF_P+HF_W*0.02; #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+        #end
+        #if(HF_X!=HF_Y) #local HF_S=1; #end
+        #write(HF_H,HF_L," ",str(HF_K,0,6)," ",str(HF_M.x,0,5)," ",str(HF_M.y,0,5)," ",str(HF_M.z,0,5)," ",
+               str(HF_X*2+HF_Y,0,0),"\n")
+        #local HF_T=HF_P+HF_D*0.001; #local HF_C=HF_C+1;
+      #end
+    #end
+  #end
+  #if(HF_S=0)
+    #if(HF_FN(HF_O.x,HF_O.y,HF_O.z).red>0.5) #write(HF_H,HF_L," in\n") #end
+  #end
+#end
+#macro HF_Axis(HF_A1,HF_D,HF_U,HF_V,HF_NU,HF_NV,HF_NE)
+  #for(HF_J1,0,HF_NU)
+    #for(HF_J2,0,HF_NV)
+      HF_Line(HF_J1*HF_U+HF_J2*HF_V-HF_D*0.5,HF_D,HF_NE+0.5,str(HF_A1+3*(HF_J1*(HF_NV+1)+HF_J2),0,0))
+    #end
+  #end
+#end
+#macro HF_Sample(HF_R)
+  #debug concat("HF_OBJECT ",str(HF_R,0,0),"\n")
+  #fopen HF_H concat("hf_lines_",str(HF_R,0,0),".txt") write
+  #local HF_NX=HF_G[HF_R][1]; #local HF_NY=HF_G[HF_R][2]; #local HF_NZ=HF_G[HF_R][3];
+  #local HF_B=object{HF_A[HF_N]
+    translate -<HF_G[HF_R][4],HF_G[HF_R][5],HF_G[HF_R][6]>
+    scale <HF_G[HF_R][7],HF_G[HF_R][8],HF_G[HF_R][9]>
+    translate <HF_G[HF_R][10],HF_G[HF_R][11],HF_G[HF_R][12]>}
+  #local HF_FN=function{pigment{object{HF_B color rgb 0, color rgb 1}}}
+  HF_Axis(0,x,y,z,HF_NY,HF_NZ,HF_NX)
+  HF_Axis(1,y,z,x,HF_NZ,HF_NX,HF_NY)
+  HF_Axis(2,z,x,y,HF_NX,HF_NY,HF_NZ)
+  #write(HF_H,"end\n")
+  #fclose HF_H
+#end
+)";
+
+/// Reads the crossings of one object. Returns false if the file is incomplete.
+bool read_lines(std::string_view text, CrossedGrid& grid) {
+    for (int axis = 0; axis < 3; ++axis) {
+        grid.lines[std::size_t(axis)].resize(grid.line_count(axis));
+        grid.inside_lines[std::size_t(axis)].assign(grid.line_count(axis), 0);
+    }
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    const auto number = [&](auto& value) {
+        while (at < end && *at == ' ') ++at;
+        const auto [next, code] = std::from_chars(at, end, value);
+        at = next;
+        return code == std::errc();
+    };
+    while (at < end) {
+        if (*at == 'e') return true;
+        std::size_t key = 0;
+        if (!number(key)) return false;
+        const std::size_t axis = key % 3, line = key / 3;
+        if (line >= grid.lines[axis].size() || at + 3 >= end) return false;
+        if (at[1] == 'i') {
+            grid.inside_lines[axis][line] = 1;
+            at += 4;
+            continue;
+        }
+        LineCrossing crossing;
+        int state = 0;
+        if (!number(crossing.place) || !number(crossing.normal.x) || !number(crossing.normal.y) ||
+            !number(crossing.normal.z) || !number(state))
+            return false;
+        crossing.inside_before = (state & 2) != 0;
+        crossing.inside_after = (state & 1) != 0;
+        if (crossing.normal.length() > 0.5f) {
+            crossing.normal.normalize();
+            grid.lines[axis][line].push_back(crossing);
+        }
+        while (at < end && *at != '\n') ++at;
+        if (at < end) ++at;
+    }
+    return false;
+}
+
+/// Returns a declaration of a two-dimensional array of rows.
+std::string array_text(std::string_view name, const std::vector<std::vector<double>>& rows) {
+    std::string text = fmt::format("#declare {}=array[{}][{}]{{\n", name, rows.size(), rows.front().size());
+    for (const std::vector<double>& row : rows) text += fmt::format("{{{:.12g}}},\n", fmt::join(row, ","));
+    return text + "}\n";
+}
+
+/// Returns the declaration of HF_R: the row of each object's parameters plus 1, or 0.
+std::string row_text(std::span<const std::size_t> objects) {
+    const std::size_t count = objects.empty() ? 1 : objects.back() + 1;
+    std::vector<std::size_t> rows(count, 0);
+    for (std::size_t i = 0; i < objects.size(); ++i) rows[objects[i]] = i + 1;
+    return fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", count, count,
+                       fmt::join(rows, ","));
+}
+
+}  // namespace
+
+GridFrame grid_frame(const GridRequest& request) {
+    constexpr double fewest = 8;  // Cells across a thin object.
+    const double longest = std::max({request.size.x, request.size.y, request.size.z});
+    GridFrame frame;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double size = std::max(request.size[axis], 1e-4 * longest);
+        const double across = std::max(fewest, request.cells * size / longest);
+        const int cells = static_cast<int>(std::ceil(across)) + (request.is_cut ? 0 : 2);
+        frame.cells[std::size_t(axis)] = cells;
+        frame.scale[axis] = across / size;
+        // An offset, because surfaces often lie at even fractions of a box.
+        constexpr std::array offsets{0.0137, 0.0291, 0.0219};
+        frame.shift[axis] = 0.5 * cells + offsets[std::size_t(axis)];
+    }
+    frame.centre = request.centre;
+    return frame;
+}
+
+Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                       double object_seconds, const Progress& progress) {
+    ObjectSurfaces result;
+    if (requests.empty()) return result;
+    std::vector<std::vector<double>> rows{std::vector<double>(13, 0.0)};
+    std::vector<std::size_t> objects;
+    std::vector<GridFrame> frames;
+    for (const GridRequest& request : requests) {
+        const GridFrame frame = grid_frame(request);
+        rows.push_back({0, double(frame.cells[0]), double(frame.cells[1]), double(frame.cells[2]),
+                        frame.centre.x, frame.centre.y, frame.centre.z, frame.scale.x, frame.scale.y,
+                        frame.scale.z, frame.shift.x, frame.shift.y, frame.shift.z});
+        objects.push_back(request.object);
+        frames.push_back(frame);
+    }
+    std::vector<bool> finished(requests.size(), false);
+    std::size_t first = 0;  // Row from which POV-Ray continues.
+    while (first < requests.size()) {
+        SceneQuery query;
+        query.object_seconds = object_seconds;
+        query.prelude = array_text("HF_G", rows) + row_text(objects) + trace_macros;
+        query.put =
+            fmt::format("#if(HF_N<HF_RN) #if(HF_RA[HF_N]>{}) HF_Sample(HF_RA[HF_N]) #end #end", first);
+        HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
+        const std::size_t last = answer.slow_object ? *answer.slow_object : requests.size() + 1;
+        if (answer.slow_object && (last == 0 || last <= first || last > requests.size()))
+            return Error{queries.file().string(), "POV-Ray reported an unknown object"};
+        for (std::size_t row = first + 1; row < last; ++row) finished[row - 1] = true;
+        if (answer.slow_object) result.slow.push_back(objects[last - 1]);
+        first = answer.slow_object ? last : requests.size();
+        if (progress.report) progress.report("surfaces", std::min(last, requests.size()), requests.size());
+    }
+    std::vector<ObjectSurface> surfaces(requests.size());
+    std::vector<std::string> texts(requests.size());
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        if (!finished[i]) continue;
+        // A scene may reach fewer objects than it did in the survey, if it uses the clock or the time.
+        if (Result<std::string> text = queries.written(fmt::format("hf_lines_{}.txt", i + 1)))
+            texts[i] = *std::move(text);
+    }
+    const auto contour = [&](std::size_t i) {
+        CrossedGrid grid;
+        grid.cells = frames[i].cells;
+        if (!read_lines(texts[i], grid)) return;
+        texts[i] = {};
+        const ContouredMesh mesh = dual_contour(grid);
+        ObjectSurface& surface = surfaces[i];
+        surface.object = objects[i];
+        for (const Vec3f& position : mesh.positions)
+            surface.positions.emplace_back(frames[i].scene_point(Vec3d(position)));
+        for (const Vec3f& normal : mesh.normals)
+            surface.normals.emplace_back(frames[i].scene_normal(Vec3d(normal)));
+        surface.triangles = mesh.triangles;
+        surface.sheet_triangles = mesh.sheet_triangles;
+        surface.double_edges = mesh.double_edges;
+        surface.missed_edges = mesh.missed_edges;
+    };
+    const Result<Done> contoured =
+        parallel_loop({requests.size()}, [&] { return LoopBody(contour); }, "contours", {{}, progress.stop});
+    if (!contoured) return contoured.error();
+    for (ObjectSurface& surface : surfaces)
+        if (!surface.triangles.empty()) result.surfaces.push_back(std::move(surface));
+    return result;
+}
+
+}  // namespace haarfield

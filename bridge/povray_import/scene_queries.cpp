@@ -1,0 +1,296 @@
+#include "bridge/povray_import/scene_queries.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+
+#include "bridge/povray/povray_log.h"
+#include "fields/base/srgb.h"
+#include "fields/file/child_process.h"
+#include "fields/file/input_file.h"
+#include "fields/file/write_file.h"
+
+namespace haarfield {
+namespace {
+
+constexpr const char *plain_folder = "hf_plain", *emissive_folder = "hf_emissive";
+
+constexpr const char* common_prelude = R"(
+#declare HF_N=0;
+#declare HF_A=array[200000]
+#macro HF_Light(HF_I) #write(HF_F,"\nlight ",str(HF_I,0,0)," {") #end
+#macro HF_Word(HF_W) #write(HF_F," ",HF_W) #end
+#macro HF_Number(HF_W) #write(HF_F," ",str(HF_W,0,12)) #end
+#macro HF_Count(HF_W) #write(HF_F," ",str(HF_W,0,0)) #end
+#macro HF_Vector(HF_W) #write(HF_F," <",vstr(3,HF_W,",",0,12),">") #end
+#macro HF_Scale(HF_W) #local HF_X=HF_W+<0,0,0>; HF_Vector(HF_X) #end
+#macro HF_Colour(HF_W)
+  #write(HF_F," rgb <",str(HF_W.red,0,9),",",str(HF_W.green,0,9),",",str(HF_W.blue,0,9),">")
+#end
+#macro HF_Place(HF_W) #write(HF_F,"\nplace ",vstr(3,HF_W," ",0,12)) #end
+)";
+
+/// Removes the scratch folder with its last owner.
+std::shared_ptr<const std::filesystem::path> scratch_folder() {
+    std::error_code ignored;
+    std::string pattern =
+        (std::filesystem::temp_directory_path(ignored) / "haarfield-povray-XXXXXX").string();
+    if (!::mkdtemp(pattern.data())) return nullptr;
+    return {new std::filesystem::path(pattern), [](const std::filesystem::path* folder) {
+                std::error_code failure;
+                std::filesystem::remove_all(*folder, failure);
+                delete folder;
+            }};
+}
+
+/// The folders that hold programs, libraries, fonts and POV-Ray's configuration.
+const std::vector<std::filesystem::path>& system_folders() {
+    static const std::vector<std::filesystem::path> folders{
+        "/usr", "/bin", "/lib", "/lib64", "/etc/povray", "/etc/fonts", "/etc/ld.so.cache", "/opt"};
+    return folders;
+}
+
+/// Returns bubblewrap's arguments up to the program.
+std::vector<std::string> bubblewrap_arguments(const std::vector<std::filesystem::path>& readable,
+                                              const std::filesystem::path& writable) {
+    std::vector<std::string> arguments{"--unshare-all", "--die-with-parent", "--new-session", "--dev",
+                                       "/dev",          "--tmpfs",           "/tmp"};
+    std::error_code ignored;
+    for (const std::filesystem::path& folder : system_folders()) {
+        if (std::filesystem::is_symlink(folder, ignored)) {
+            const std::string target = std::filesystem::read_symlink(folder, ignored).string();
+            arguments.insert(arguments.end(), {"--symlink", target, folder.string()});
+        } else {
+            arguments.insert(arguments.end(), {"--ro-bind-try", folder.string(), folder.string()});
+        }
+    }
+    for (const std::filesystem::path& folder : readable)
+        arguments.insert(arguments.end(), {"--ro-bind-try", folder.string(), folder.string()});
+    if (!writable.empty())
+        arguments.insert(arguments.end(),
+                         {"--bind", writable.string(), writable.string(), "--chdir", writable.string()});
+    return arguments;
+}
+
+/// Reads a binary PPM of 16 bits.
+Result<std::vector<Rgb>> ppm_pixels(const std::string& bytes, int width, int height, bool is_linear) {
+    const Error damaged{"POV-Ray", "wrote a damaged picture"};
+    std::size_t at = bytes.find("P6");
+    if (at != 0) return damaged;
+    at = 2;
+    std::array<long, 3> numbers{};
+    for (long& number : numbers) {
+        while (at < bytes.size() && (std::isspace(static_cast<unsigned char>(bytes[at])) || bytes[at] == '#'))
+            at = bytes[at] == '#' ? std::min(bytes.find('\n', at), bytes.size()) : at + 1;
+        const auto [end, code] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), number);
+        if (code != std::errc()) return damaged;
+        at = static_cast<std::size_t>(end - bytes.data());
+    }
+    ++at;
+    const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    if (numbers[0] != width || numbers[1] != height || numbers[2] != 65535 || bytes.size() < at + 6 * count)
+        return damaged;
+    std::vector<Rgb> pixels(count);
+    for (Rgb& pixel : pixels)
+        for (int c = 0; c < 3; ++c) {
+            const unsigned code =
+                static_cast<unsigned char>(bytes[at]) * 256u + static_cast<unsigned char>(bytes[at + 1]);
+            at += 2;
+            const float value = static_cast<float>(code) / 65535.0f;
+            pixel[c] = is_linear ? value : srgb_decoded(value);
+        }
+    return pixels;
+}
+
+/// Returns the number behind the last `HF_OBJECT` of a log.
+std::optional<std::size_t> last_object(const std::string& log) {
+    constexpr std::string_view word = "HF_OBJECT ";
+    const std::size_t at = log.rfind(word);
+    std::size_t number = 0;
+    if (at == std::string::npos || log.find('\n', at) == std::string::npos) return std::nullopt;
+    std::from_chars(log.data() + at + word.size(), log.data() + log.size(), number);
+    return number;
+}
+
+}  // namespace
+
+bool bubblewrap_works() {
+    static const bool works = [] {
+        ChildProcess child;
+        std::vector<std::string> arguments = bubblewrap_arguments({}, {});
+        arguments.emplace_back("/bin/true");
+        if (child.start("bwrap", arguments, "/") != 0) return false;
+        std::string log;
+        while (child.read_some(log)) {
+        }
+        const int status = child.wait();
+        return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    }();
+    return works;
+}
+
+SceneQueries::~SceneQueries() = default;
+
+Result<SceneQueries> SceneQueries::create(const std::filesystem::path& scene, const QueryOptions& options) {
+    SceneQueries queries;
+    queries.file_ = scene;
+    queries.options_ = options;
+    HF_TRY(queries.scene_, wrapped_scene(scene, options.wrap));
+    queries.scratch_ = scratch_folder();
+    if (!queries.scratch_)
+        return Error{"", "cannot create a temporary folder: " + std::string(strerror(errno))};
+    for (const char* folder : {plain_folder, emissive_folder})
+        HF_TRY_DONE(make_folder(queries.scratch() / folder));
+    for (const WrappedScene::File& file : queries.scene_.files) {
+        HF_TRY_DONE(write_file(queries.scratch() / plain_folder / file.name, file.text));
+        HF_TRY_DONE(write_file(queries.scratch() / emissive_folder / file.name, file.emissive_text));
+        const bool uses_frames = file.text.find("frame_number") != std::string::npos;
+        queries.uses_frames_ = queries.uses_frames_ || uses_frames;
+    }
+    return queries;
+}
+
+Result<std::string> SceneQueries::written(const std::string& name) const {
+    return read_whole_file(scratch() / name, std::uint64_t{1} << 30);
+}
+
+Result<SceneAnswer> SceneQueries::answer(const SceneQuery& query, const Progress& progress) const {
+    HF_TRY(SceneAnswer answer, run(query, "+FP16", progress));
+    if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
+    HF_TRY(const std::string bytes, written(uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm"));
+    HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
+    return answer;
+}
+
+Result<std::filesystem::path> SceneQueries::rendered_exr(const SceneQuery& query,
+                                                         const Progress& progress) const {
+    HF_TRY_DONE(run(query, "+FE", progress));
+    return scratch() / (uses_frames_ ? "hf_picture1.exr" : "hf_picture.exr");
+}
+
+Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string& format,
+                                      const Progress& progress) const {
+    std::string prelude;
+    for (const auto& [name, is_on] : {std::pair("HF_Survey", query.survey),
+                                      {"HF_Lights", query.lights},
+                                      {"HF_Sky", query.sky},
+                                      {"HF_Camera", query.camera},
+                                      {"HF_Settings", query.settings},
+                                      {"HF_Extras", query.extras}})
+        prelude += fmt::format("#declare {}={};\n", name, is_on ? 1 : 0);
+    prelude += common_prelude;
+    if (query.survey) prelude += "#fopen HF_F \"hf_survey.txt\" write\n";
+    prelude += fmt::format("#macro HF_Put(HF_I) {} #declare HF_N=HF_N+1; #end\n", query.put);
+    if (query.pigments) prelude += "#default{finish{ambient 0 diffuse 0 emission 1}}\n";
+    prelude += query.prelude;
+    std::string suffix = query.suffix;
+    if (query.survey) suffix += "\n#write(HF_F,\"\\nend\\n\")\n#fclose HF_F\n";
+    HF_TRY_DONE(write_file(scratch() / "hf_prelude.inc", prelude));
+    HF_TRY_DONE(write_file(scratch() / "hf_suffix.inc", suffix));
+
+    const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path().lexically_normal();
+    const char* const variant = query.pigments ? emissive_folder : plain_folder;
+    std::vector<std::string> arguments{fmt::format("+I{}/hf_scene.pov", variant),
+                                       fmt::format("+L{}", variant),
+                                       "+Ohf_picture",
+                                       format,
+                                       fmt::format("+W{}", query.width),
+                                       fmt::format("+H{}", query.height),
+                                       "-D",
+                                       "-P",
+                                       "-C",
+                                       "-A",
+                                       "-V",
+                                       "-GR",
+                                       "-GS",
+                                       "-GW",
+                                       query.is_linear ? "File_Gamma=1.0" : "File_Gamma=sRGB"};
+    if (folder.string().find('"') != std::string::npos)
+        return Error{file_.string(), "POV-Ray accepts no file names with quotation marks"};
+    arguments.push_back("+L\"" + folder.string() + "\"");
+    for (const std::filesystem::path& library : options_.wrap.library) {
+        std::error_code ignored;
+        if (std::filesystem::is_directory(library, ignored))
+            arguments.push_back("+L\"" + library.string() + "\"");
+    }
+    if (options_.threads > 0) arguments.push_back(fmt::format("+WT{}", options_.threads));
+    // Scenes of an animation need a frame. The first of nine has a number of one digit.
+    if (uses_frames_) arguments.insert(arguments.end(), {"+KFF9", "+SF1", "+EF1"});
+    arguments.insert(arguments.end(), query.arguments.begin(), query.arguments.end());
+
+    ChildLimits limits;
+    limits.memory = options_.memory;
+    limits.processor_seconds = 8 * options_.seconds;
+    limits.readable = system_folders();
+    limits.readable.push_back(folder);
+    std::vector<std::filesystem::path> readable{folder};
+    for (const std::filesystem::path& library : options_.wrap.library) {
+        limits.readable.push_back(library);
+        readable.push_back(library);
+    }
+    if (options_.program.find('/') != std::string::npos) {
+        const auto program_folder = std::filesystem::absolute(options_.program).parent_path();
+        limits.readable.push_back(program_folder);
+        readable.push_back(program_folder);
+    }
+    limits.writable = {scratch()};
+    const bool bubblewrap = options_.sandboxed && bubblewrap_works();
+    Result<ChildSandbox> sandbox = ChildSandbox::create(limits, options_.sandboxed && !bubblewrap);
+    if (!sandbox)
+        return Error{file_.string(), "POV-Ray cannot be sandboxed: " + sandbox.error().what +
+                                         "; install bubblewrap, or use the option --unsandboxed if you trust "
+                                         "the scene"};
+    std::string program = options_.program;
+    if (bubblewrap) {
+        std::vector<std::string> wrapped = bubblewrap_arguments(readable, scratch());
+        wrapped.push_back(program);
+        wrapped.insert(wrapped.end(), arguments.begin(), arguments.end());
+        arguments = std::move(wrapped);
+        program = "bwrap";
+    }
+    ChildProcess child;
+    if (const int failure = child.start(program, arguments, scratch(), &*sandbox); failure != 0)
+        return Error{options_.program, "cannot be run: " + std::generic_category().message(failure) +
+                                           "; expected POV-Ray 3.7 (Debian package povray)"};
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    Clock::time_point last_change = start;
+    std::optional<std::size_t> object;
+    std::string log;
+    constexpr std::size_t longest_log = std::size_t{1} << 20;
+    const auto seconds_since = [](Clock::time_point time) {
+        return std::chrono::duration<double>(Clock::now() - time).count();
+    };
+    while (child.read_some(log)) {
+        if (progress.stop.stop_requested()) return interruption(file_.string());
+        if (log.size() > longest_log) log.erase(0, log.size() / 2);
+        if (query.object_seconds > 0) {
+            if (const auto now = last_object(log); now != object) {
+                object = now;
+                last_change = Clock::now();
+            }
+            if (object && seconds_since(last_change) > query.object_seconds) return SceneAnswer{{}, object};
+        }
+        if (seconds_since(start) > options_.seconds)
+            return Error{file_.string(), fmt::format("POV-Ray took longer than {} s and was ended; its last "
+                                                     "messages: {}",
+                                                     options_.seconds, povray_failure(log))};
+    }
+    const int status = child.wait();
+    if (WIFSIGNALED(status))
+        return Error{file_.string(), fmt::format("POV-Ray was ended by signal {} ({})", WTERMSIG(status),
+                                                 strsignal(WTERMSIG(status)))};
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        return Error{file_.string(),
+                     fmt::format("POV-Ray failed (exit code {}): {}",
+                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, povray_failure(log))};
+    return SceneAnswer{};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,244 @@
+#include "bridge/povray_import/scene_survey.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "fields/model/povray_light.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int columns = 32, rows = 24;
+
+/// Reads numbers that are separated by blanks. Returns false if one is missing.
+template <std::size_t count>
+bool read_numbers(std::string_view text, std::array<double, count>& numbers) {
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (double& number : numbers) {
+        while (at < end && (*at == ' ' || *at == '+')) ++at;
+        const auto [next, code] = std::from_chars(at, end, number);
+        if (code != std::errc()) return false;
+        at = next;
+    }
+    return true;
+}
+
+/// Solves m x = b for a symmetric matrix with an eigenvalue near zero: returns the eigenvector of the smallest
+/// eigenvalue of an n x n matrix, by Jacobi's rotations.
+template <std::size_t n>
+std::array<double, n> smallest_eigenvector(std::array<std::array<double, n>, n> m) {
+    std::array<std::array<double, n>, n> vectors{};
+    for (std::size_t i = 0; i < n; ++i) vectors[i][i] = 1;
+    for (int sweep = 0; sweep < 60; ++sweep)
+        for (std::size_t p = 0; p < n; ++p)
+            for (std::size_t q = p + 1; q < n; ++q) {
+                if (std::abs(m[p][q]) < 1e-300) continue;
+                const double angle = 0.5 * std::atan2(2 * m[p][q], m[q][q] - m[p][p]), c = std::cos(angle),
+                             s = std::sin(angle);
+                for (std::size_t k = 0; k < n; ++k) {
+                    const double a = m[k][p], b = m[k][q];
+                    m[k][p] = c * a - s * b;
+                    m[k][q] = s * a + c * b;
+                }
+                for (std::size_t k = 0; k < n; ++k) {
+                    const double a = m[p][k], b = m[q][k];
+                    m[p][k] = c * a - s * b;
+                    m[q][k] = s * a + c * b;
+                    const double v = vectors[k][p], w = vectors[k][q];
+                    vectors[k][p] = c * v - s * w;
+                    vectors[k][q] = s * v + c * w;
+                }
+            }
+    std::size_t smallest = 0;
+    for (std::size_t i = 1; i < n; ++i)
+        if (m[i][i] < m[smallest][smallest]) smallest = i;
+    std::array<double, n> vector{};
+    for (std::size_t i = 0; i < n; ++i) vector[i] = vectors[i][smallest];
+    return vector;
+}
+
+/// Finds the camera from pictures of spheres around it, whose colours are positions.
+class CameraFinder {
+public:
+    CameraFinder(const SceneQueries& queries, const Progress& progress)
+        : queries_(queries), progress_(progress) {}
+
+    Result<std::optional<SurveyedCamera>> found(const std::vector<Vec3d>& candidates) {
+        for (const Vec3d& candidate : candidates) {
+            HF_TRY(const std::optional<SurveyedCamera> camera, camera_at(candidate));
+            if (camera && camera->is_perspective) return camera;
+            if (camera) other_ = camera;
+        }
+        HF_TRY(const std::vector<Vec3d> directions, positions(Vec3d(0, 0, 0), 0));
+        if (std::ranges::none_of(directions, [](const Vec3d& d) { return d.length() > 0.5; }))
+            return std::optional<SurveyedCamera>();
+        Vec3d place(0, 0, 0);
+        for (const double radius : {1e6, 1e3, 1.0}) {
+            HF_TRY(const std::vector<Vec3d> points, positions(place, radius));
+            place = meeting_point(points, directions);
+        }
+        HF_TRY(std::optional<SurveyedCamera> camera, camera_at(place));
+        if (camera || other_) return camera ? camera : other_;
+        SurveyedCamera unknown;
+        unknown.position = candidates.empty() ? place : candidates.front();
+        unknown.is_perspective = false;
+        return std::optional(unknown);
+    }
+
+private:
+    /// Renders the positions that the pixels see on a sphere; of a radius of 0, the directions on the sky.
+    Result<std::vector<Vec3d>> positions(const Vec3d& centre, double radius) {
+        SceneQuery query;
+        query.camera = true;
+        query.settings = false;
+        query.is_linear = true;
+        query.width = columns;
+        query.height = rows;
+        const bool is_sky = radius == 0;
+        const double reach = is_sky ? 1 : radius;
+        std::string pigment = "pigment{average pigment_map{";
+        for (const auto& [axis, colour] : {std::pair("x", "<3,0,0>"), {"y", "<0,3,0>"}, {"z", "<0,0,3>"}})
+            pigment += fmt::format("[1 gradient {} color_map{{[0 rgb 0][1 rgb{}]}}]", axis, colour);
+        const std::string place =
+            is_sky ? "" : fmt::format("translate <{:.12g},{:.12g},{:.12g}>", centre.x, centre.y, centre.z);
+        pigment += fmt::format("}} translate -0.5 scale {:.12g} {}}}", 2 * margin * reach, place);
+        query.suffix = "\n#version 3.7;\nglobal_settings{assumed_gamma 1}\n";
+        query.suffix += is_sky ? fmt::format("sky_sphere{{{}}}", pigment)
+                               : fmt::format(
+                                     "sphere{{<{:.12g},{:.12g},{:.12g}>,{:.12g} hollow {} "
+                                     "finish{{ambient 0 diffuse 0 emission 1}}}}",
+                                     centre.x, centre.y, centre.z, radius, pigment);
+        HF_TRY(const SceneAnswer answer, queries_.answer(query, progress_));
+        std::vector<Vec3d> points;
+        for (const Rgb& pixel : answer.pixels)
+            points.push_back(centre + (Vec3d(pixel) - Vec3d(0.5)) * (2 * margin * reach));
+        return points;
+    }
+
+    /// Fits a perspective camera at a place. Returns nothing if the camera is elsewhere.
+    Result<std::optional<SurveyedCamera>> camera_at(const Vec3d& place) {
+        constexpr double radius = 1;
+        HF_TRY(const std::vector<Vec3d> points, positions(place, radius));
+        std::array<std::array<double, 9>, 9> matrix{};
+        std::vector<Vec3d> directions;
+        for (const Vec3d& point : points) {
+            const Vec3d d = (point - place) / radius;
+            if (std::abs(d.length() - 1) > 1e-3) return std::optional<SurveyedCamera>();
+            directions.push_back(d.normalized());
+        }
+        // d x (direction + x right + y up) = 0, with nine unknowns.
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            const Vec3d& d = directions[i];
+            const std::array<double, 3> weights = pixel_weights(i);
+            const std::array<std::array<double, 3>, 3> cross{
+                {{0, -d.z, d.y}, {d.z, 0, -d.x}, {-d.y, d.x, 0}}};
+            for (const std::array<double, 3>& row : cross) {
+                std::array<double, 9> equation{};
+                for (std::size_t k = 0; k < 3; ++k)
+                    for (std::size_t c = 0; c < 3; ++c) equation[3 * k + c] = weights[k] * row[c];
+                for (std::size_t a = 0; a < 9; ++a)
+                    for (std::size_t b = 0; b < 9; ++b) matrix[a][b] += equation[a] * equation[b];
+            }
+        }
+        const std::array<double, 9> v = smallest_eigenvector(matrix);
+        SurveyedCamera camera{place, {v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}};
+        const auto ray = [&](std::size_t i) {
+            const std::array<double, 3> weights = pixel_weights(i);
+            return camera.direction * weights[0] + camera.right * weights[1] + camera.up * weights[2];
+        };
+        if (ray(directions.size() / 2 + columns / 2).dot(directions[directions.size() / 2 + columns / 2]) <
+            0) {
+            camera.direction = -camera.direction;
+            camera.right = -camera.right;
+            camera.up = -camera.up;
+        }
+        double worst = 0;
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            worst = std::max(worst, (ray(i).normalized() - directions[i]).length());
+        camera.is_perspective = worst < 1e-3;
+        return std::optional(camera);
+    }
+
+    static std::array<double, 3> pixel_weights(std::size_t pixel) {
+        const auto i = static_cast<double>(pixel % columns), j = static_cast<double>(pixel / columns);
+        return {1, (i + 0.5) / columns - 0.5, 0.5 - (j + 0.5) / rows};
+    }
+
+    /// Returns the point nearest to all lines through points along directions.
+    static Vec3d meeting_point(const std::vector<Vec3d>& points, const std::vector<Vec3d>& directions) {
+        // Three equations: sum (I - d d^T) (p - x) = 0.
+        std::array<std::array<double, 4>, 3> m{};
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Vec3d d = directions[i].normalized();
+            const double distance = points[i].dot(d);
+            for (int r = 0; r < 3; ++r) {
+                for (int c = 0; c < 3; ++c)
+                    m[std::size_t(r)][std::size_t(c)] += (r == c ? 1.0 : 0.0) - d[r] * d[c];
+                m[std::size_t(r)][3] += points[i][r] - d[r] * distance;
+            }
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (std::abs(m[k][k]) < 1e-12) return {0, 0, 0};
+            for (std::size_t r = 0; r < 3; ++r) {
+                if (r == k) continue;
+                const double factor = m[r][k] / m[k][k];
+                for (std::size_t c = 0; c < 4; ++c) m[r][c] -= factor * m[k][c];
+            }
+        }
+        return {m[0][3] / m[0][0], m[1][3] / m[1][1], m[2][3] / m[2][2]};
+    }
+
+    static constexpr double margin = 1.05;  // Colours at the ends of their range would wrap around.
+    const SceneQueries& queries_;
+    const Progress& progress_;
+    std::optional<SurveyedCamera> other_;
+};
+
+}  // namespace
+
+Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& progress) {
+    SceneQuery query;
+    query.survey = true;
+    query.lights = true;
+    query.camera = true;
+    query.put =
+        "#local HF_L=min_extent(HF_A[HF_N]); #local HF_U=max_extent(HF_A[HF_N]); "
+        "#write(HF_F,\"\\nobject \",str(HF_I,0,0),\" \",vstr(3,HF_L,\" \",0,12),\" \","
+        "vstr(3,HF_U,\" \",0,12))";
+    HF_TRY_DONE(queries.answer(query, progress));
+    HF_TRY(const std::string text, queries.written("hf_survey.txt"));
+    SceneSurvey survey;
+    std::vector<Vec3d> places;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string_view line = std::string_view(text).substr(at, end - at);
+        at = end + 1;
+        if (line.starts_with("object ")) {
+            std::array<double, 7> n{};
+            if (!read_numbers(line.substr(7), n)) continue;
+            const auto statement = static_cast<std::size_t>(std::max(0.0, n[0]));
+            if (statement >= queries.scene().statements.size()) continue;
+            survey.objects.push_back({statement, {n[1], n[2], n[3]}, {n[4], n[5], n[6]}});
+        } else if (line.starts_with("place ")) {
+            std::array<double, 3> n{};
+            if (read_numbers(line.substr(6), n)) places.insert(places.begin(), Vec3d(n[0], n[1], n[2]));
+        } else if (line.starts_with("light ")) {
+            std::size_t statement = 0;
+            std::from_chars(line.data() + 6, line.data() + line.size(), statement);
+            const std::size_t brace = std::min(line.find('{'), line.size());
+            if (std::optional<ModelLight> light = povray_light(PovrayText(line.substr(brace))))
+                survey.lights.push_back(*std::move(light));
+            else
+                survey.unread_lights.push_back(statement);
+        }
+    }
+    HF_TRY(survey.camera, CameraFinder(queries, progress).found(places));
+    return survey;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,46 @@
+#pragma once
+/// The objects, lights and camera of a scene, as POV-Ray evaluates them.
+
+#include "bridge/povray_import/scene_queries.h"
+#include "fields/model/model_part.h"
+
+namespace haarfield {
+
+/// An object that a scene creates.
+struct SurveyedObject {
+    std::size_t statement = 0;             ///< Index in WrappedScene::statements.
+    Vec3d lower{0, 0, 0}, upper{0, 0, 0};  ///< Its box, in the scene's coordinates. Infinite: beyond 1e6.
+
+    double longest_side() const {
+        const Vec3d size = upper - lower;
+        return std::max({size.x, size.y, size.z});
+    }
+    bool is_empty() const { return !(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z); }
+    bool is_infinite() const { return longest_side() > 1e6; }  ///< A plane, for example.
+};
+
+/// A perspective camera. A ray's direction is direction + x right + y up, x and y from -0.5 to 0.5.
+struct SurveyedCamera {
+    Vec3d position{0, 0, 0};
+    Vec3d direction{0, 0, 1}, right{1, 0, 0}, up{0, 1, 0};  ///< All scaled by one unknown factor.
+    bool is_perspective = true;  ///< False: another projection, of which this is an approximation.
+
+    /// True if pictures show x to the right, y up and z to the back, as POV-Ray usually does.
+    bool is_left_handed() const { return right.cross(up).dot(direction) > 0; }
+};
+
+/// What a scene contains.
+struct SceneSurvey {
+    std::vector<SurveyedObject> objects;  ///< In the order in which POV-Ray creates them.
+    std::vector<ModelLight> lights;
+    std::vector<std::size_t> unread_lights;  ///< Statements of lights that haarfield does not have.
+    std::optional<SurveyedCamera> camera;
+};
+
+/// Surveys a scene.
+///
+/// errors  those of SceneQueries::answer.
+/// cost    two runs of POV-Ray; up to seven for a camera that is declared and then moved.
+Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& progress = {});
+
+}  // namespace haarfield
