@@ -591,39 +591,12 @@ private:
 
     /// Returns a light as a lamp of the scene; lengths are multiplied by `scale`.
     SceneLamp placed_lamp(const ModelLight& light, const AffineMap& world, double scale) {
-        SceneLamp lamp;
+        SceneLamp lamp = scene_lamp(light, world, scale);
         lamp.name = unique_name(file_name(light.name, "light"), lamp_names_);
-        lamp.kind = std::array{LampKind::point, LampKind::spot, LampKind::cylinder,
-                               LampKind::parallel}[std::size_t(light.kind)];
-        lamp.position = Vec3f(world.point(Vec3d(light.position)));
-        lamp.target = Vec3f(world.point(Vec3d(light.target)));
-        lamp.colour = light.colour;
-        lamp.radius = light.radius;
-        lamp.falloff = light.falloff;
-        if (light.kind == ModelLight::Kind::cylinder) {
-            lamp.radius *= static_cast<float>(scale);
-            lamp.falloff *= static_cast<float>(scale);
-        }
-        lamp.tightness = light.tightness;
-        lamp.shadowless = light.shadowless;
-        if (light.fade_distance > 0 && light.fade_power > 0) {
-            lamp.fade_distance = light.fade_distance * static_cast<float>(scale);
-            lamp.fade_power = light.fade_power;
-        }
         if (light.is_physical)
             make_physical(light, scale, lamp);
         else
             has_sky = false;
-        if (light.area) {
-            const ModelLight::Area& area = *light.area;
-            lamp.area = {Vec3f(world.direction(Vec3d(area.across))),
-                         Vec3f(world.direction(Vec3d(area.along))),
-                         area.columns,
-                         area.rows,
-                         area.circular,
-                         area.orient,
-                         area.illumination};
-        }
         return lamp;
     }
 
@@ -762,6 +735,38 @@ void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& sc
 }
 
 }  // namespace
+
+SceneLamp scene_lamp(const ModelLight& light, const AffineMap& world, double scale) {
+    SceneLamp lamp;
+    lamp.kind = std::array{LampKind::point, LampKind::spot, LampKind::cylinder,
+                           LampKind::parallel}[std::size_t(light.kind)];
+    lamp.position = Vec3f(world.point(Vec3d(light.position)));
+    lamp.target = Vec3f(world.point(Vec3d(light.target)));
+    lamp.colour = light.colour;
+    lamp.radius = light.radius;
+    lamp.falloff = light.falloff;
+    if (light.kind == ModelLight::Kind::cylinder) {
+        lamp.radius *= static_cast<float>(scale);
+        lamp.falloff *= static_cast<float>(scale);
+    }
+    lamp.tightness = light.tightness;
+    lamp.shadowless = light.shadowless;
+    if (light.fade_distance > 0 && light.fade_power > 0) {
+        lamp.fade_distance = light.fade_distance * static_cast<float>(scale);
+        lamp.fade_power = light.fade_power;
+    }
+    if (light.area) {
+        const ModelLight::Area& area = *light.area;
+        lamp.area = {Vec3f(world.direction(Vec3d(area.across))),
+                     Vec3f(world.direction(Vec3d(area.along))),
+                     area.columns,
+                     area.rows,
+                     area.circular,
+                     area.orient,
+                     area.illumination};
+    }
+    return lamp;
+}
 
 Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> files,
                                       const std::filesystem::path& folder, const SceneImport& wanted,

@@ -1,8 +1,10 @@
 #pragma once
 /// Creates scenes from model files.
 
+#include "fields/base/affine_map.h"
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "fields/model/model_part.h"
 #include "scenes/scene.h"
 
 #include <span>
@@ -66,5 +68,10 @@ struct ImportedScene {
 Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> files,
                                       const std::filesystem::path& folder, const SceneImport& wanted,
                                       const Progress& progress = {});
+
+/// Returns a light of a file as a lamp of the scene, without a name. Units of the colour are POV-Ray's.
+///
+/// world  from the file's coordinates to the scene's; multiplies lengths by `scale`.
+SceneLamp scene_lamp(const ModelLight& light, const AffineMap& world, double scale);
 
 }  // namespace haarfield

@@ -1,5 +1,8 @@
+#include "bridge/povray_import/imported_scene.h"
+#include "fields/base/names.h"
 #include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
+#include "fields/model/model_file.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_writer.h"
 #include "tools/command.h"
@@ -23,6 +26,10 @@ struct ImportOptions {
     std::optional<float> size;
     SceneImport wanted;
     bool overwrite = false;
+    std::string object;
+    int detail = 48;
+    double object_seconds = 20;
+    std::string povray = "povray";
 };
 
 Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
@@ -32,8 +39,89 @@ Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
     return Done{};
 }
 
+/// Returns true if POV-Ray must evaluate a file: it is a scene in POV-Ray's language, but not one of meshes in plain
+/// data.
+Result<bool> needs_povray(const std::filesystem::path& file, const std::string& object) {
+    if (!object.empty()) return true;
+    if (lower_ending(file) != ".pov") return false;
+    HF_TRY(const WrappedScene scene, wrapped_scene(file));
+    // Objects that are placed are searched for among the meshes of the file.
+    const bool has_solids = std::ranges::any_of(scene.statements, [](const SceneStatement& statement) {
+        return statement.keyword != "mesh2" && statement.keyword != "object" &&
+               statement.keyword != "union" && statement.keyword != "merge" &&
+               statement.keyword != "light_source";
+    });
+    return has_solids || !ModelFile::open(file);
+}
+
+/// Reports a scene that has been imported, and writes its file.
+Result<ExitCode> write_scene(const Scene& scene, const std::filesystem::path& file, CommandContext& context) {
+    const std::filesystem::path output = file.parent_path();
+    const std::string text = scene_text(
+        scene, output,
+        fmt::format("{}\nhaarfield bake {} -o {}", context.command_line, file.string(), output.string()));
+    HF_TRY_DONE(write_file(file, text));
+    context.report["scene"] = file.string();
+    context.report["entities"] = scene.entities.size();
+    context.report["instances"] = scene.instances.size();
+    context.report["camera_found"] = !scene.finds_camera;
+    context.report["lights"] = scene.lamps.size();
+    context.print("scene  {}: {} entities, {} instances{}\n", file.string(), scene.entities.size(),
+                  scene.instances.size(),
+                  scene.lamps.empty() ? "" : fmt::format(", {} lights", scene.lamps.size()));
+    return ExitCode::done;
+}
+
+/// Imports a scene that POV-Ray evaluates.
+Result<ExitCode> run_povray_import(const ImportOptions& options, CommandContext& context) {
+    if (options.files.size() > 1)
+        return Error{options.files[1], "a POV-Ray scene is imported alone; expected one file"};
+    const std::filesystem::path source = options.files[0], output = options.output;
+    Scene named;
+    named.name = options.object.empty() ? source.stem().string() : options.object;
+    const std::string name = file_stem(named);
+    const std::filesystem::path file = output / (name + ".toml");
+    HF_TRY_DONE(check_new(file, options.overwrite));
+    PovrayImport wanted;
+    wanted.queries.program = options.povray;
+    wanted.queries.wrap.object = options.object;
+    wanted.queries.sandboxed = !context.unsandboxed;
+    wanted.detail = options.detail;
+    wanted.object_seconds = options.object_seconds;
+    if (options.up == "z") wanted.z_up = true;
+    wanted.unit = double(options.unit);
+    if (options.size) wanted.size = double(*options.size);
+    wanted.with_environment = options.environment.empty();
+    wanted.vertices = options.wanted.vertices;
+    HF_TRY(ImportedPovrayScene imported,
+           imported_povray_scene(source, output, name, wanted, context.progress));
+    for (const std::string& warning : imported.warnings) context.warn(warning);
+    Scene& scene = imported.scene;
+    scene.name = named.name;
+    if (!options.environment.empty() && options.environment != no_environment) {
+        HF_TRY_DONE(check_input_file(options.environment, "a lat-long image"));
+        scene.environment.image = options.environment;
+        scene.environment.exposure.reset();
+    } else if (scene.lamps.empty() && !scene.glows() && scene.environment.is_black()) {
+        // A declared object has no light of its own.
+        scene.environment.sky = AnalyticSky();
+        scene.environment.exposure.reset();
+    }
+    context.report["objects"] = imported.objects;
+    context.report["surfaces"] = imported.surfaces;
+    context.report["distant"] = imported.distant;
+    context.report["transparent"] = imported.transparent;
+    context.report["failed"] = imported.failed;
+    context.print("objects  {}: {} meshes, {} in the environment, {} transparent, {} without a surface\n",
+                  imported.objects, imported.surfaces, imported.distant, imported.transparent,
+                  imported.failed);
+    return write_scene(scene, file, context);
+}
+
 Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
+    HF_TRY(const bool whole, needs_povray(options.files[0], options.object));
+    if (whole) return run_povray_import(options, context);
     SceneImport wanted = options.wanted;
     wanted.z_up = options.up == "z";
     wanted.unit = double(options.unit);
@@ -55,19 +143,7 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
         HF_TRY_DONE(check_new(floor, options.overwrite));
         HF_TRY_DONE(write_file(floor, imported.floor_obj));
     }
-    const std::string text = scene_text(
-        scene, output,
-        fmt::format("{}\nhaarfield bake {} -o {}", context.command_line, file.string(), output.string()));
-    HF_TRY_DONE(write_file(file, text));
-    context.report["scene"] = file.string();
-    context.report["entities"] = scene.entities.size();
-    context.report["instances"] = scene.instances.size();
-    context.report["camera_found"] = !scene.finds_camera;
-    context.report["lights"] = scene.lamps.size();
-    context.print("scene  {}: {} entities, {} instances{}\n", file.string(), scene.entities.size(),
-                  scene.instances.size(),
-                  scene.lamps.empty() ? "" : fmt::format(", {} lights", scene.lamps.size()));
-    return ExitCode::done;
+    return write_scene(scene, file, context);
 }
 
 }  // namespace
@@ -76,7 +152,8 @@ Command import_command(CLI::App& program) {
     CLI::App* app = program.add_subcommand("import", "Write a scene file for models, ready to bake");
     const auto options = std::make_shared<ImportOptions>();
     app->add_option("FILE", options->files,
-                    "Models: OBJ, PLY, glTF (.gltf, .glb), STL, OFF, POV-Ray's mesh2 (.inc, .pov)")
+                    "Models: OBJ, PLY, glTF (.gltf, .glb), STL, OFF, POV-Ray's mesh2 (.inc, .pov);\nor one "
+                    "POV-Ray scene (.pov)")
         ->required()
         ->type_name("");
     app->add_option("-o,--output", options->output,
@@ -107,6 +184,20 @@ Command import_command(CLI::App& program) {
                "Approximate number of baked vertices of all objects together", {1000, 20e6})
         ->capture_default_str()
         ->type_name("N");
+    app->add_option("--object", options->object,
+                    "Import one object that a POV-Ray file declares, instead of a scene")
+        ->type_name("NAME");
+    add_number(*app, "--detail", options->detail,
+               "POV-Ray scenes: cells along an object that fills the picture", {8, 512})
+        ->capture_default_str()
+        ->type_name("N");
+    add_number(*app, "--object-seconds", options->object_seconds,
+               "POV-Ray scenes: time limit for sampling one object", {0.1, 1e5})
+        ->capture_default_str()
+        ->type_name("S");
+    app->add_option("--povray", options->povray, "POV-Ray's program")
+        ->capture_default_str()
+        ->type_name("FILE");
     app->add_flag("--overwrite", options->overwrite, "Replace an existing scene");
     app->footer(
         "The scene refers to the model files and uses their materials and images. The camera and the\n"
@@ -114,6 +205,8 @@ Command import_command(CLI::App& program) {
         "placed side by side. Models of POV-Ray files are mirrored, because POV-Ray is left-handed,\n"
         "unless the file's camera has a negative `right`. In a room whose faces point inwards, the camera\n"
         "is placed inside.\n"
+        "POV-Ray evaluates scenes with other objects than meshes, in a sandbox. Their objects become "
+        "meshes.\n"
         "Example:\n"
         "  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
         "  haarfield bake out/import/chair.toml -o out/import");

@@ -1,0 +1,483 @@
+#include "bridge/povray_import/imported_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "fields/wavelets/cubemap.h"
+#include "scenes/image.h"
+#include "scenes/scene_import.h"
+
+namespace haarfield {
+namespace {
+
+constexpr double far_factor = 10;  // Objects this much farther than all nearer ones are distant.
+constexpr std::size_t most_objects = 3000;
+constexpr std::size_t many = 8;  // Objects of one statement that become one entity.
+constexpr float mostly_transparent = 0.4f, slightly_transparent = 0.05f;
+constexpr int environment_width = 1024;
+
+/// The relation between the numbers of a scene and linear light.
+struct SceneGamma {
+    bool is_legacy = false;  ///< POV-Ray writes the numbers of the scene as they are.
+    double exponent = 1;     ///< Of numbers, for linear light.
+};
+
+double number_behind(const std::string& text, std::string_view word) {
+    std::size_t at = text.find(word);
+    if (at == std::string::npos) return 0;
+    at += word.size();
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
+    double number = 0;
+    std::from_chars(text.data() + at, text.data() + text.size(), number);
+    return number;
+}
+
+SceneGamma scene_gamma(const WrappedScene& scene) {
+    const std::string& main = scene.files.front().text;
+    if (main.find("assumed_gamma srgb") != std::string::npos) return {false, 2.2};
+    if (const double gamma = number_behind(main, "assumed_gamma"); gamma > 0.5) return {false, gamma};
+    if (number_behind(main, "#version") < 3.7) return {true, 2.2};
+    return {};
+}
+
+/// Writes a binary PLY with normals and linear colours.
+Result<Done> write_coloured_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
+    std::string bytes = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float red\n"
+        "property float green\nproperty float blue\nelement face {}\nproperty list uchar int vertex_indices\n"
+        "end_header\n",
+        surface.positions.size(), surface.triangles.size());
+    const auto add = [&](const auto& value) {
+        char raw[sizeof value];
+        std::memcpy(raw, &value, sizeof value);
+        bytes.append(raw, sizeof value);
+    };
+    for (std::size_t v = 0; v < surface.positions.size(); ++v)
+        for (const Vec3f& vector : {surface.positions[v], surface.normals[v], Vec3f(surface.colours[v])})
+            for (int c = 0; c < 3; ++c) add(vector[c]);
+    for (const auto& triangle : surface.triangles) {
+        bytes += '\x03';
+        for (const std::uint32_t corner : triangle) add(static_cast<std::int32_t>(corner));
+    }
+    return write_file(file, bytes);
+}
+
+/// Imports one scene.
+class Importer {
+public:
+    Importer(const SceneQueries& queries, std::filesystem::path folder, std::string name,
+             const PovrayImport& options, const Progress& progress)
+        : queries_(queries),
+          folder_(std::move(folder)),
+          name_(std::move(name)),
+          options_(options),
+          progress_(progress),
+          gamma_(scene_gamma(queries.scene())) {}
+
+    Result<ImportedPovrayScene> imported() {
+        HF_TRY(survey_, scene_survey(queries_, progress_));
+        result_.objects = survey_.objects.size();
+        choose_objects();
+        std::vector<ObjectSurface> surfaces;
+        if (!requests_.empty()) {
+            HF_TRY(ObjectSurfaces sampled,
+                   object_surfaces(queries_, requests_, options_.object_seconds, progress_));
+            surfaces = std::move(sampled.surfaces);
+            for (const std::size_t slow : sampled.slow)
+                warn(survey_.objects[slow].statement,
+                     fmt::format("took POV-Ray longer than {} s; left out", options_.object_seconds));
+        }
+        if (surfaces.empty())
+            return Error{queries_.file().string(),
+                         "none of its objects has a surface near the camera; expected objects"};
+        result_.failed = requests_.size() - surfaces.size();
+        HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
+        HF_TRY(std::vector<MeasuredFinish> finishes,
+               measured_finishes(queries_, requests_, surfaces, progress_));
+        set_frame(surfaces);
+        HF_TRY_DONE(add_entities(surfaces, finishes));
+        if (result_.scene.entities.empty())
+            return Error{queries_.file().string(),
+                         "all its objects are transparent; expected opaque objects"};
+        share_vertices();
+        add_lights();
+        set_camera();
+        if (options_.with_environment) HF_TRY_DONE(add_environment());
+        name_unused();
+        return std::move(result_);
+    }
+
+private:
+    const SceneStatement& statement(std::size_t index) const { return queries_.scene().statements[index]; }
+
+    void warn(std::size_t index, std::string_view what) {
+        const SceneStatement& at = statement(index);
+        std::string text = fmt::format("{}:{}: {} {}", at.file, at.line, at.keyword, what);
+        if (std::ranges::find(result_.warnings, text) == result_.warnings.end())
+            result_.warnings.push_back(std::move(text));
+    }
+
+    /// Returns where the scene is viewed from.
+    Vec3d eye() const {
+        if (survey_.camera) return survey_.camera->position;
+        Vec3d sum(0, 0, 0);
+        double count = 0;
+        for (const SurveyedObject& object : survey_.objects)
+            if (!object.is_infinite() && !object.is_empty()) {
+                sum += (object.lower + object.upper) / 2;
+                count += 1;
+            }
+        return count > 0 ? sum / count : sum;
+    }
+
+    static double farthest(const SurveyedObject& object, const Vec3d& eye) {
+        double distance = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3d point(corner & 1 ? object.upper.x : object.lower.x,
+                              corner & 2 ? object.upper.y : object.lower.y,
+                              corner & 4 ? object.upper.z : object.lower.z);
+            distance = std::max(distance, (point - eye).length());
+        }
+        return distance;
+    }
+
+    /// Divides the objects into near and distant ones, and plans the grids of the near ones.
+    void choose_objects() {
+        const Vec3d from = eye();
+        std::vector<std::pair<double, std::size_t>> finite;
+        std::vector<std::size_t> infinite;
+        for (std::size_t i = 0; i < survey_.objects.size(); ++i) {
+            const SurveyedObject& object = survey_.objects[i];
+            if (object.is_empty()) continue;
+            const double distance = farthest(object, from);
+            if (object.is_infinite() || !(distance < 1e6))
+                infinite.push_back(i);
+            else if (object.longest_side() > 0)
+                finite.emplace_back(distance, i);
+        }
+        std::ranges::sort(finite);
+        std::size_t near = 0;
+        for (; near < finite.size(); ++near)
+            if (near > 0 && finite[near].first > far_factor * std::max(finite[near - 1].first, 1e-9)) break;
+        for (std::size_t k = near; k < finite.size(); ++k) distant_.push_back(finite[k].second);
+        reach_ = near > 0 ? finite[near - 1].first : std::max(10.0, 3 * from.length());
+        for (std::size_t k = 0; k < near; ++k) {
+            const SurveyedObject& object = survey_.objects[finite[k].second];
+            add_request(finite[k].second, (object.lower + object.upper) / 2, object.upper - object.lower,
+                        false);
+        }
+        for (const std::size_t i : infinite) {
+            distant_.push_back(i);
+            add_request(i, from, Vec3d(6 * reach_), true);
+        }
+        result_.distant = distant_.size() - infinite.size();
+        std::ranges::sort(distant_);
+        if (requests_.size() > most_objects) {
+            std::ranges::stable_sort(requests_, std::ranges::greater(), &GridRequest::cells);
+            result_.warnings.push_back(fmt::format("{} objects are too many; the {} smallest are left out",
+                                                   requests_.size(), requests_.size() - most_objects));
+            requests_.resize(most_objects);
+        }
+        std::ranges::sort(requests_, {}, &GridRequest::object);
+    }
+
+    void add_request(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) {
+        constexpr int fewest = 12;
+        const double longest = std::max({size.x, size.y, size.z});
+        double apparent = 1;
+        if (survey_.camera && !is_cut) {
+            const SurveyedCamera& camera = *survey_.camera;
+            const double distance = std::max((centre - camera.position).length(), longest / 2),
+                         width = camera.right.length() / camera.direction.length();
+            apparent = std::clamp(1.5 * longest / (distance * std::max(width, 1e-3)), 0.0, 1.0);
+        }
+        const int wanted = static_cast<int>(std::lround(options_.detail * (is_cut ? 1.5 : apparent)));
+        requests_.push_back(
+            {object, centre, size, std::max(std::min(fewest, options_.detail), wanted), is_cut});
+    }
+
+    /// Sets the map from the file's coordinates to the scene's.
+    void set_frame(const std::vector<ObjectSurface>& surfaces) {
+        bool left_handed = true, z_up = options_.z_up.value_or(false);
+        if (survey_.camera) {
+            const SurveyedCamera& camera = *survey_.camera;
+            left_handed = !camera.is_perspective || camera.is_left_handed();
+            const Vec3d right = camera.right.normalized(), up = camera.up.normalized();
+            if (!options_.z_up && camera.is_perspective) {
+                const bool is_level_y = std::abs(right.y) < 0.02, is_level_z = std::abs(right.z) < 0.02;
+                z_up = is_level_z && (!is_level_y || up.y < 0.05);
+                if (!is_level_y && !is_level_z)
+                    result_.warnings.emplace_back("the camera is rolled; the import's camera is upright");
+            }
+        }
+        scale_ = options_.unit;
+        if (options_.size) {
+            Bounds box;
+            for (const ObjectSurface& surface : surfaces)
+                if (!is_cut(surface.object))
+                    for (const Vec3f& position : surface.positions) box.add(position);
+            const Vec3f side = box.upper - box.lower;
+            const double longest = double(std::max({side.x, side.y, side.z}));
+            if (longest > 0) scale_ = *options_.size / longest;
+        }
+        if (z_up) world_.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
+        if (left_handed) world_.axes[z_up ? 1 : 2] *= -1;
+        for (Vec3d& axis : world_.axes) axis *= scale_;
+    }
+
+    bool is_cut(std::size_t object) const {
+        return std::ranges::lower_bound(requests_, object, {}, &GridRequest::object)->is_cut;
+    }
+
+    /// Returns the name of the entity of a statement.
+    std::string entity_name(std::size_t index) {
+        const SceneStatement& at = statement(index);
+        std::string name = plain_name(at.name.empty() ? at.keyword : at.name);
+        std::replace(name.begin(), name.end(), '.', '_');
+        name.erase(0, name.find_first_not_of("_-"));
+        return unique_name(name.empty() ? "object" : name.substr(0, 60), names_);
+    }
+
+    static void append(const ObjectSurface& part, ObjectSurface& whole) {
+        const auto first = static_cast<std::uint32_t>(whole.positions.size());
+        whole.positions.insert(whole.positions.end(), part.positions.begin(), part.positions.end());
+        whole.normals.insert(whole.normals.end(), part.normals.begin(), part.normals.end());
+        whole.colours.insert(whole.colours.end(), part.colours.begin(), part.colours.end());
+        for (const auto& [a, b, c] : part.triangles)
+            whole.triangles.push_back({a + first, b + first, c + first});
+    }
+
+    Result<Done> add_entities(const std::vector<ObjectSurface>& surfaces,
+                              const std::vector<MeasuredFinish>& finishes) {
+        std::map<std::size_t, std::vector<std::size_t>> by_statement;
+        for (std::size_t s = 0; s < surfaces.size(); ++s) {
+            const std::size_t at = survey_.objects[surfaces[s].object].statement;
+            if (surfaces[s].transmittance > mostly_transparent) {
+                ++result_.transparent;
+                warn(at, "is transparent; left out");
+                continue;
+            }
+            if (surfaces[s].transmittance > slightly_transparent)
+                warn(at, "is partly transparent; imported as opaque");
+            if (finishes[s].reflection > 0.02f)
+                warn(at, fmt::format("reflects {:.0f} % of its surroundings; imported without reflection",
+                                     100 * finishes[s].reflection));
+            if (surfaces[s].missed_edges > surfaces[s].triangles.size() / 200 + 4)
+                warn(at, fmt::format("may have wrong places: {} of its grid edges have no crossing",
+                                     surfaces[s].missed_edges));
+            by_statement[at].push_back(s);
+        }
+        for (const auto& [at, members] : by_statement) {
+            const bool together = members.size() > many;
+            for (std::size_t m = 0; m < members.size(); m += together ? members.size() : 1) {
+                ObjectSurface whole = surfaces[members[m]];
+                if (together)
+                    for (std::size_t k = 1; k < members.size(); ++k) append(surfaces[members[k]], whole);
+                HF_TRY_DONE(add_entity(at, std::move(whole), finishes[members[m]]));
+            }
+            result_.surfaces += members.size();
+        }
+        return Done{};
+    }
+
+    Result<Done> add_entity(std::size_t at, ObjectSurface surface, const MeasuredFinish& finish) {
+        const std::string name = entity_name(at);
+        Rgb mean(0.0f);
+        for (std::size_t v = 0; v < surface.positions.size(); ++v) {
+            surface.positions[v] = Vec3f(world_.point(Vec3d(surface.positions[v])));
+            surface.normals[v] = Vec3f(world_.normal(Vec3d(surface.normals[v])));
+            for (int c = 0; c < 3; ++c) surface.colours[v][c] = std::clamp(surface.colours[v][c], 0.0f, 1.0f);
+            mean += surface.colours[v] / static_cast<float>(surface.positions.size());
+        }
+        if (world_.is_mirrored())
+            for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
+        Entity entity;
+        entity.name = name;
+        entity.mesh = folder_ / fmt::format("{}_{}.ply", name_, name);
+        entity.material = name;
+        HF_TRY_DONE(write_coloured_ply(entity.mesh, surface));
+        SceneMaterial material;
+        material.convention = LobeConvention::povray;
+        material.diffuse = Rgb(finish.diffuse);
+        material.phong = finish.phong;
+        material.shininess = finish.phong_size;
+        material.blinn = finish.specular;
+        material.roughness = finish.roughness;
+        material.specular = Rgb(finish.phong > 0 || finish.specular > 0 ? 1.0f : 0.0f);
+        if (finish.emission > 0) material.emission = mean * finish.emission;
+        result_.scene.materials[name] = material;
+        Instance instance;
+        instance.entity = result_.scene.entities.size();
+        vertex_counts_.push_back(surface.positions.size());
+        result_.scene.entities.push_back(std::move(entity));
+        result_.scene.instances.push_back(instance);
+        Bounds box;
+        for (const Vec3f& position : surface.positions) box.add(position);
+        if (!is_cut(surface.object)) bounds_.add(box.lower), bounds_.add(box.upper);
+        all_bounds_.add(box.lower), all_bounds_.add(box.upper);
+        return Done{};
+    }
+
+    /// Vertices of the meshes suffice, unless the user wants more.
+    void share_vertices() {
+        constexpr std::uint32_t fewest = 500, fewest_samples = 400;
+        const double total = std::accumulate(vertex_counts_.begin(), vertex_counts_.end(), 0.0);
+        const auto fields = static_cast<std::uint32_t>(std::max<std::size_t>(1, vertex_counts_.size() / 2));
+        for (std::size_t e = 0; e < vertex_counts_.size(); ++e) {
+            Entity& entity = result_.scene.entities[e];
+            const double share = static_cast<double>(vertex_counts_[e]) / total * options_.vertices;
+            entity.fine_vertices = std::max(fewest, static_cast<std::uint32_t>(share / 100) * 100);
+            entity.planar_samples = std::max(fewest_samples, entity.planar_samples / fields);
+            entity.spherical_samples = std::max(fewest_samples, entity.spherical_samples / fields);
+        }
+    }
+
+    void add_lights() {
+        std::set<std::string> taken;
+        for (const ModelLight& light : survey_.lights) {
+            SceneLamp lamp = scene_lamp(light, world_, scale_);
+            lamp.name = unique_name("light", taken);
+            bool is_dark = true, is_negative = false;
+            for (int c = 0; c < 3; ++c) {
+                is_negative = is_negative || lamp.colour[c] < 0;
+                lamp.colour[c] =
+                    static_cast<float>(std::pow(std::max(0.0, double(lamp.colour[c])), gamma_.exponent));
+                is_dark = is_dark && !(lamp.colour[c] > 0);
+            }
+            if (is_negative)
+                result_.warnings.emplace_back("a light with a negative colour is left out or darker");
+            if (!is_dark) result_.scene.lamps.push_back(std::move(lamp));
+        }
+        for (const std::size_t light : survey_.unread_lights)
+            warn(light, "has properties that haarfield does not have; left out");
+    }
+
+    void set_camera() {
+        Scene& scene = result_.scene;
+        const std::optional<SurveyedCamera>& camera = survey_.camera;
+        scene.finds_camera = !camera || !camera->is_perspective;
+        if (!camera) result_.warnings.emplace_back("the file has no camera");
+        if (camera && !camera->is_perspective)
+            result_.warnings.emplace_back("the camera is not a perspective camera; another one is chosen");
+        if (scene.finds_camera) return;
+        const Bounds& box = bounds_.lower.x <= bounds_.upper.x ? bounds_ : all_bounds_;
+        const Vec3d position = world_.point(camera->position),
+                    ahead = world_.direction(camera->direction).normalized();
+        const double distance =
+            std::max(1e-3 * double(box.radius()), (Vec3d(box.centre()) - position).dot(ahead));
+        scene.camera.position = Vec3f(position);
+        scene.camera.target = Vec3f(position + ahead * distance);
+        const double up = camera->up.length(), right = camera->right.length(),
+                     depth = camera->direction.length();
+        scene.camera.vertical_fov = static_cast<float>(2 * std::atan(up / (2 * depth)));
+        scene.camera.width = 640;
+        scene.camera.height = std::clamp(static_cast<int>(std::lround(640 * up / right)), 16, 4096);
+        if (std::abs(camera->direction.dot(camera->up)) > 0.01 * up * depth ||
+            std::abs(camera->direction.dot(camera->right)) > 0.01 * right * depth)
+            result_.warnings.emplace_back("the camera is sheared; the import's camera is not");
+    }
+
+    /// Renders the sky and distant objects around the camera.
+    Result<Done> add_environment() {
+        constexpr int height = environment_width / 2;
+        const Vec3d from = eye();
+        SceneQuery query;
+        query.lights = query.sky = true;
+        query.width = environment_width;
+        query.height = height;
+        std::vector<int> rows(distant_.empty() ? 1 : distant_.back() + 1, 0);
+        for (const std::size_t object : distant_) rows[object] = 1;
+        query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
+                                    rows.size(), fmt::join(rows, ","));
+        query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+        query.suffix = fmt::format(
+            "\ncamera{{spherical location <{:.12g},{:.12g},{:.12g}> up y right x "
+            "direction z angle 360 180}}\n",
+            from.x, from.y, from.z);
+        Image spherical;
+        if (gamma_.is_legacy) {
+            HF_TRY(SceneAnswer answer, queries_.answer(query, progress_));
+            spherical = {environment_width, height, std::move(answer.pixels), {}};
+        } else {
+            HF_TRY(const std::filesystem::path exr, queries_.rendered_exr(query, progress_));
+            HF_TRY(spherical, read_image(exr));
+        }
+        Image environment{environment_width, height, {}, {}};
+        bool is_dark = true;
+        for (int row = 0; row < height; ++row)
+            for (int column = 0; column < environment_width; ++column) {
+                const Vec3d d = lat_long_direction((column + 0.5) / environment_width, (row + 0.5) / height);
+                // The inverse of a rotation or reflection is its transpose.
+                const Vec3d file(world_.axes[0].dot(d), world_.axes[1].dot(d), world_.axes[2].dot(d));
+                const Rgb pixel = spherical_pixel(spherical, file.normalized());
+                is_dark = is_dark && pixel == Rgb(0.0f);
+                environment.pixels.push_back(pixel);
+            }
+        if (is_dark) return Done{};
+        const std::filesystem::path file = folder_ / (name_ + "_environment.exr");
+        HF_TRY_DONE(write_image(environment, file));
+        result_.scene.environment.image = file;
+        return Done{};
+    }
+
+    /// Returns the pixel of POV-Ray's spherical camera in a direction.
+    static Rgb spherical_pixel(const Image& image, const Vec3d& d) {
+        const double x = std::atan2(d.x, d.z) / (2 * pi) + 0.5,
+                     y = 0.5 - std::asin(std::clamp(d.y, -1.0, 1.0)) / pi;
+        const int column = std::clamp(static_cast<int>(x * image.width), 0, image.width - 1),
+                  row = std::clamp(static_cast<int>(y * image.height), 0, image.height - 1);
+        Rgb pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                                 static_cast<std::size_t>(column)];
+        for (int c = 0; c < 3; ++c)
+            pixel[c] = std::isfinite(pixel[c]) ? std::clamp(pixel[c], 0.0f, 65000.0f) : 0.0f;
+        return pixel;
+    }
+
+    void name_unused() {
+        for (const UnusedStatement& unused : queries_.scene().unused) {
+            if (unused.keyword == "interior" || unused.keyword == "radiosity") continue;
+            result_.warnings.push_back(
+                fmt::format("{}:{}: {} is left out{}", unused.file, unused.line, unused.keyword,
+                            unused.count > 1 ? fmt::format(" ({} times)", unused.count) : std::string()));
+        }
+    }
+
+    const SceneQueries& queries_;
+    std::filesystem::path folder_;
+    std::string name_;
+    const PovrayImport& options_;
+    const Progress& progress_;
+    SceneGamma gamma_;
+    SceneSurvey survey_;
+    std::vector<GridRequest> requests_;  ///< Sorted by object.
+    std::vector<std::size_t> distant_;   ///< Objects of the environment, sorted.
+    double reach_ = 1;                   ///< Distance from the eye to the farthest near object.
+    double scale_ = 1;                   ///< From the file's unit to metres.
+    AffineMap world_;
+    std::set<std::string> names_;
+    std::vector<std::size_t> vertex_counts_;  ///< By entity.
+    Bounds bounds_, all_bounds_;              ///< In the scene; without and with objects that are cut.
+    ImportedPovrayScene result_;
+};
+
+}  // namespace
+
+Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& file,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& name, const PovrayImport& options,
+                                                  const Progress& progress) {
+    HF_TRY(const SceneQueries queries, SceneQueries::create(file, options.queries));
+    HF_TRY_DONE(make_folder(folder));
+    return Importer(queries, folder, name, options, progress).imported();
+}
+
+}  // namespace haarfield

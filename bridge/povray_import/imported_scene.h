@@ -1,0 +1,50 @@
+#pragma once
+/// Scenes of POV-Ray files: meshes, colours, finishes, lights, camera and environment.
+
+#include "bridge/povray_import/object_surfaces.h"
+#include "scenes/scene.h"
+
+namespace haarfield {
+
+/// Options of an import.
+struct PovrayImport {
+    QueryOptions queries{};
+    int detail = 48;               ///< Cells of the grid along an object that fills the picture. 8 to 512.
+    double object_seconds = 20;    ///< Time limit for the surface of one object. [s]
+    std::optional<bool> z_up{};    ///< The file's z axis points up; none: found from the camera.
+    double unit = 1;               ///< Length of the file's unit. [m], > 0.
+    std::optional<double> size{};  ///< If set, replaces `unit`: the longest side of the sampled objects. [m]
+    bool with_environment = true;  ///< Renders what is far away, and the sky, as the environment.
+    std::uint32_t vertices = 150000;  ///< To be baked, over all objects.
+};
+
+/// A scene whose meshes and environment have been written.
+struct ImportedPovrayScene {
+    Scene scene;
+    std::vector<std::string> warnings;  ///< What was left out, with file and line.
+    std::size_t objects = 0;            ///< That the file creates.
+    std::size_t surfaces = 0;           ///< Objects that have become meshes.
+    std::size_t distant = 0;            ///< Objects that are part of the environment only.
+    std::size_t transparent = 0;        ///< Objects that were left out because they are transparent.
+    std::size_t failed = 0;             ///< Objects without a mesh: too slow, or without a surface.
+};
+
+/// Imports a scene that POV-Ray evaluates: macros, loops and all kinds of objects.
+///
+/// Objects become meshes with the pigment as vertex colours and the finish as material. Objects that a loop creates
+/// in large numbers become one mesh per statement. Infinite objects are cut at a distance of three times the size
+/// of the finite ones as seen from the camera; beyond, they are part of the environment. So are objects ten times
+/// as far away as all nearer ones, background, sky_sphere and fog.
+///
+/// Left-handed coordinates become right-handed, so that pictures are not mirrored. An upward z axis becomes y.
+///
+/// name    names of files begin with it.
+/// writes  `NAME_OBJECT.ply` for each entity and `NAME_environment.exr` in `folder`.
+/// errors  those of SceneQueries; no object has a surface; errors of the file system.
+/// cost    about ten runs of POV-Ray, and the sampling of each object.
+Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& file,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& name, const PovrayImport& options,
+                                                  const Progress& progress = {});
+
+}  // namespace haarfield
