@@ -21,7 +21,9 @@ void set_material(const SceneMaterial& material, Surface& surface) {
     surface.material = material;
     surface.emission = material.emission;
     surface.tinted_specular =
-        surface.texture && material.convention == LobeConvention::povray ? material.metallic : 0;
+        (surface.texture || surface.coloured) && material.convention == LobeConvention::povray
+            ? material.metallic
+            : 0;
 }
 
 /// Makes the surfaces of an entity's mesh.
@@ -51,6 +53,7 @@ public:
 private:
     Result<Surface> of_scene(const SceneMaterial& material, std::size_t number) {
         Surface surface;
+        surface.coloured = material.vertex_colours && imported_.coloured[number];
         set_material(material, surface);
         if (material.image.empty()) return surface;
         if (!imported_.mapped[number])

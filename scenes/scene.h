@@ -50,7 +50,9 @@ struct EnvironmentDescription {
 /// A material of the scene file.
 struct SceneMaterial : Material {
     std::filesystem::path image;  ///< Multiplies diffuse reflection and emission; empty: none.
-    Rgb emission{0, 0, 0};        ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
+    /// The mesh's vertex colours, if it has any, multiply diffuse reflection and emission.
+    bool vertex_colours = false;
+    Rgb emission{0, 0, 0};  ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
 
     bool glows() const { return emission != Rgb(0.0f); }  ///< True for emitters.
 };

@@ -107,7 +107,8 @@ void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMa
         return;
     }
     TomlTable parts(*table.take_table("pigment"), table.name() + ".pigment", table.file());
-    parts.require("image");
+    parts.take("vertex_colours", material.vertex_colours);
+    if (!material.vertex_colours) parts.require("image");
     parts.take("image", material.image, folder);
     parts.take("colour", material.pigment, albedos);
     parts.finish();
@@ -116,7 +117,8 @@ void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMa
 SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& folder) {
     SceneMaterial material;
     if (table.has("pigment") || table.has("finish")) {
-        for (const char* key : {"diffuse", "specular", "shininess", "convention", "image", "emission"})
+        for (const char* key :
+             {"diffuse", "specular", "shininess", "convention", "image", "vertex_colours", "emission"})
             if (table.has(key))
                 table.refuse(key,
                              fmt::format("{}.{} conflicts with pigment and finish; expected either these, or "
@@ -135,6 +137,7 @@ SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& fold
     table.take("specular", material.specular, albedos);
     table.take("shininess", material.shininess, shininesses);
     table.take("image", material.image, folder);
+    table.take("vertex_colours", material.vertex_colours);
     table.take("emission", material.emission, emissions);
     std::string convention = "physical";
     table.take("convention", convention);

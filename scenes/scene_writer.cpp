@@ -106,10 +106,12 @@ std::string material_text(const std::string& name, const SceneMaterial& material
                           const std::filesystem::path& folder) {
     std::string text = fmt::format("[materials.{}]\n", key_text(name));
     if (const std::optional<FinishKeys> finish = finish_of(material)) {
-        text += material.image.empty()
+        std::string parts;
+        if (!material.image.empty()) parts += fmt::format("image = {}, ", path_text(material.image, folder));
+        if (material.vertex_colours) parts += "vertex_colours = true, ";
+        text += parts.empty()
                     ? fmt::format("pigment = {}\n", list_of(material.pigment))
-                    : fmt::format("pigment = {{ image = {}, colour = {} }}\n",
-                                  path_text(material.image, folder), list_of(material.pigment));
+                    : fmt::format("pigment = {{ {}colour = {} }}\n", parts, list_of(material.pigment));
         std::string keys;
         for (const auto& [key, value, matters] : *finish)
             if (matters) keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", key, value);
@@ -121,6 +123,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
             fmt::format("specular = {}\nshininess = {}\n", list_of(material.specular), material.shininess);
     if (material.convention == LobeConvention::povray) text += "convention = \"povray\"\n";
     if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
+    if (material.vertex_colours) text += "vertex_colours = true\n";
     if (material.glows()) text += fmt::format("emission = {}\n", list_of(material.emission));
     return text + "\n";
 }

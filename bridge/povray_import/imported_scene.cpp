@@ -19,10 +19,12 @@ namespace haarfield {
 namespace {
 
 constexpr double far_factor = 10;  // Objects this much farther than all nearer ones are distant.
+constexpr double cut_factor = 30;  // Where infinite objects are cut, relative to the farthest near object.
 constexpr std::size_t most_objects = 3000;
 constexpr std::size_t many = 8;  // Objects of one statement that become one entity.
 constexpr float mostly_transparent = 0.4f, slightly_transparent = 0.05f;
 constexpr int environment_width = 1024;
+constexpr double smallest_edge = 400;  // Per width of the picture, where pigments vary.
 
 /// The relation between the numbers of a scene and linear light.
 struct SceneGamma {
@@ -100,7 +102,22 @@ public:
             return Error{queries_.file().string(),
                          "none of its objects has a surface near the camera; expected objects"};
         result_.failed = requests_.size() - surfaces.size();
+        // Infinite objects without a surface nearby, such as skies.
+        for (const GridRequest& request : requests_)
+            if (request.is_cut &&
+                std::ranges::find(surfaces, request.object, &ObjectSurface::object) == surfaces.end()) {
+                --result_.failed;
+                result_.distant_objects.push_back(request.object);
+                ++result_.distant;
+            }
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
+        if (options_.colour_levels > 0) {
+            double angle = 0.001;
+            if (survey_.camera)
+                angle = survey_.camera->right.length() / survey_.camera->direction.length() / smallest_edge;
+            HF_TRY_DONE(refine_pigments(queries_, requests_, surfaces, eye(), angle, options_.colour_levels,
+                                        progress_));
+        }
         HF_TRY(std::vector<MeasuredFinish> finishes,
                measured_finishes(queries_, requests_, surfaces, progress_));
         set_frame(surfaces);
@@ -177,9 +194,11 @@ private:
         }
         for (const std::size_t i : infinite) {
             distant_.push_back(i);
-            add_request(i, from, Vec3d(6 * reach_), true);
+            add_request(i, from, Vec3d(2 * cut_factor * reach_), true);
         }
         result_.distant = distant_.size() - infinite.size();
+        for (std::size_t k = near; k < finite.size(); ++k)
+            result_.distant_objects.push_back(finite[k].second);
         std::ranges::sort(distant_);
         if (requests_.size() > most_objects) {
             std::ranges::stable_sort(requests_, std::ranges::greater(), &GridRequest::cells);
@@ -275,6 +294,7 @@ private:
                 warn(at, fmt::format("may have wrong places: {} of its grid edges have no crossing",
                                      surfaces[s].missed_edges));
             by_statement[at].push_back(s);
+            result_.mesh_objects.push_back(surfaces[s].object);
         }
         for (const auto& [at, members] : by_statement) {
             const bool together = members.size() > many;
@@ -291,12 +311,10 @@ private:
 
     Result<Done> add_entity(std::size_t at, ObjectSurface surface, const MeasuredFinish& finish) {
         const std::string name = entity_name(at);
-        Rgb mean(0.0f);
         for (std::size_t v = 0; v < surface.positions.size(); ++v) {
             surface.positions[v] = Vec3f(world_.point(Vec3d(surface.positions[v])));
             surface.normals[v] = Vec3f(world_.normal(Vec3d(surface.normals[v])));
             for (int c = 0; c < 3; ++c) surface.colours[v][c] = std::clamp(surface.colours[v][c], 0.0f, 1.0f);
-            mean += surface.colours[v] / static_cast<float>(surface.positions.size());
         }
         if (world_.is_mirrored())
             for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
@@ -307,13 +325,14 @@ private:
         HF_TRY_DONE(write_coloured_ply(entity.mesh, surface));
         SceneMaterial material;
         material.convention = LobeConvention::povray;
+        material.vertex_colours = true;
         material.diffuse = Rgb(finish.diffuse);
         material.phong = finish.phong;
         material.shininess = finish.phong_size;
         material.blinn = finish.specular;
         material.roughness = finish.roughness;
         material.specular = Rgb(finish.phong > 0 || finish.specular > 0 ? 1.0f : 0.0f);
-        if (finish.emission > 0) material.emission = mean * finish.emission;
+        if (finish.emission > 0) material.emission = Rgb(finish.emission);
         result_.scene.materials[name] = material;
         Instance instance;
         instance.entity = result_.scene.entities.size();
@@ -394,6 +413,7 @@ private:
         query.lights = query.sky = true;
         query.width = environment_width;
         query.height = height;
+        query.arguments = {"+A0.05", "+AM1", "+R3", "-J"};
         std::vector<int> rows(distant_.empty() ? 1 : distant_.back() + 1, 0);
         for (const std::size_t object : distant_) rows[object] = 1;
         query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),

@@ -10,6 +10,7 @@ namespace haarfield {
 struct PovrayImport {
     QueryOptions queries{};
     int detail = 48;               ///< Cells of the grid along an object that fills the picture. 8 to 512.
+    int colour_levels = 4;         ///< How often triangles are divided where the pigment varies. >= 0.
     double object_seconds = 20;    ///< Time limit for the surface of one object. [s]
     std::optional<bool> z_up{};    ///< The file's z axis points up; none: found from the camera.
     double unit = 1;               ///< Length of the file's unit. [m], > 0.
@@ -26,13 +27,16 @@ struct ImportedPovrayScene {
     std::size_t surfaces = 0;           ///< Objects that have become meshes.
     std::size_t distant = 0;            ///< Objects that are part of the environment only.
     std::size_t transparent = 0;        ///< Objects that were left out because they are transparent.
-    std::size_t failed = 0;             ///< Objects without a mesh: too slow, or without a surface.
+    std::vector<std::size_t>
+        mesh_objects;  ///< Indices of the objects that have become meshes, in rising order.
+    std::vector<std::size_t> distant_objects;  ///< Indices of objects that are only in the environment.
+    std::size_t failed = 0;                    ///< Objects without a mesh: too slow, or without a surface.
 };
 
 /// Imports a scene that POV-Ray evaluates: macros, loops and all kinds of objects.
 ///
 /// Objects become meshes with the pigment as vertex colours and the finish as material. Objects that a loop creates
-/// in large numbers become one mesh per statement. Infinite objects are cut at a distance of three times the size
+/// in large numbers become one mesh per statement. Infinite objects are cut at thirty times the distance
 /// of the finite ones as seen from the camera; beyond, they are part of the environment. So are objects ten times
 /// as far away as all nearer ones, background, sky_sphere and fog.
 ///

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numeric>
 
 #include "bridge/povray_import/object_frame.h"
@@ -10,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// A ray in the grid coordinates of an object.
+/// A ray in the local coordinates of an object.
 struct ProbeRay {
     std::size_t surface = 0;  ///< Index of its surface.
     Vec3d start{0, 0, 0}, direction{0, 0, 1};
@@ -25,8 +26,8 @@ public:
             const auto request = std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object);
             requests_.push_back(*request);
             frames_.push_back(grid_frame(*request));
-            const auto& cells = frames_.back().cells;
-            spacing = std::max(spacing, 1.5 * std::max({cells[0], cells[1], cells[2]}));
+            const Vec3d size = request->size * frames_.back().scale;
+            spacing = std::max(spacing, 1.5 * std::max({size.x, size.y, size.z}) + 10);
         }
         const auto side = static_cast<std::size_t>(
             std::ceil(std::cbrt(static_cast<double>(std::max<std::size_t>(1, frames_.size())))));
@@ -115,13 +116,13 @@ private:
 
 constexpr double start_distance = 0.1;  // Of rays from the surface. [cells]
 
-/// Returns points near the vertices, in grid coordinates. Vertices on sharp edges are moved into their face, where a
+/// Returns points near the vertices, in local coordinates. Vertices on sharp edges are moved into their face, where a
 /// ray cannot miss the surface.
 std::vector<Vec3d> points_in_faces(const GridFrame& frame, const ObjectSurface& surface) {
     constexpr double inwards = 0.15;  // Of the way to the middle of the triangles around.
     std::vector<Vec3d> points, sums(surface.positions.size(), Vec3d(0, 0, 0));
     std::vector<double> counts(surface.positions.size(), 0);
-    for (const Vec3f& position : surface.positions) points.push_back(frame.grid_point(Vec3d(position)));
+    for (const Vec3f& position : surface.positions) points.push_back(frame.local_point(Vec3d(position)));
     for (const auto& triangle : surface.triangles) {
         const Vec3d middle = (points[triangle[0]] + points[triangle[1]] + points[triangle[2]]) / 3;
         for (const std::uint32_t corner : triangle) {
@@ -136,7 +137,7 @@ std::vector<Vec3d> points_in_faces(const GridFrame& frame, const ObjectSurface& 
 
 ProbeRay inward_ray(const ObjectLattice& lattice, const ObjectSurface& surface, std::size_t index,
                     std::size_t vertex, const Vec3d& point) {
-    const Vec3d normal = lattice.frame(index).grid_normal(Vec3d(surface.normals[vertex]));
+    const Vec3d normal = lattice.frame(index).local_normal(Vec3d(surface.normals[vertex]));
     return {index, point + normal * start_distance, -normal};
 }
 
@@ -194,18 +195,10 @@ PowerFit power_fit(const std::vector<std::array<double, 2>>& cosine_and_value) {
     return fit;
 }
 
-const std::array<Vec3d, 2>& light_directions() {
-    static const std::array<Vec3d, 2> directions{Vec3d(0.5, 0.62, -0.605).normalized(),
-                                                 -Vec3d(0.5, 0.62, -0.605).normalized()};
-    return directions;
-}
-
-}  // namespace
-
-Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
-                          std::vector<ObjectSurface>& surfaces, const Progress& progress) {
-    if (surfaces.empty()) return Done{};
-    const ObjectLattice lattice(requests, surfaces);
+/// Measures the pigments of the vertices from an index by surface.
+Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& lattice,
+                              std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& first,
+                              const Progress& progress) {
     constexpr std::size_t most_rays = 400000;
     std::vector<ProbeRay> rays;
     std::vector<Rgb*> targets;
@@ -221,15 +214,95 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
         return Done{};
     };
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        surfaces[s].colours.assign(surfaces[s].positions.size(), Rgb(0.5f));
+        if (first[s] == surfaces[s].positions.size()) continue;
+        surfaces[s].colours.resize(surfaces[s].positions.size(), Rgb(0.5f));
         const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
-        for (std::size_t v = 0; v < surfaces[s].positions.size(); ++v) {
+        for (std::size_t v = first[s]; v < surfaces[s].positions.size(); ++v) {
             rays.push_back(inward_ray(lattice, surfaces[s], s, v, points[v]));
             targets.push_back(&surfaces[s].colours[v]);
             if (rays.size() == most_rays) HF_TRY_DONE(measure());
         }
     }
-    HF_TRY_DONE(measure());
+    return measure();
+}
+
+/// Divides the triangles of a surface at the middles of edges whose ends differ.
+void divide_edges(ObjectSurface& surface, const Vec3d& eye, double smallest) {
+    constexpr float least_difference = 0.08f;
+    // On surfaces with several colours, long edges may hide others between their ends.
+    constexpr double longest = 6;
+    Rgb least(1e9f), most(-1e9f);
+    for (const Rgb& colour : surface.colours)
+        for (int c = 0; c < 3; ++c) {
+            least[c] = std::min(least[c], colour[c]);
+            most[c] = std::max(most[c], colour[c]);
+        }
+    const auto differ = [](const Rgb& one, const Rgb& other) {
+        return std::max({std::abs(one.x - other.x), std::abs(one.y - other.y), std::abs(one.z - other.z)}) >=
+               least_difference;
+    };
+    const bool is_coloured = differ(least, most);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
+        const std::pair key(std::min(a, b), std::max(a, b));
+        if (const auto found = middles.find(key); found != middles.end()) return found->second;
+        if (!is_coloured) return std::nullopt;
+        const Vec3f p = surface.positions[a], q = surface.positions[b];
+        const Vec3f centre = (p + q) * 0.5f;
+        const double apparent = double((p - q).length()) / (Vec3d(centre) - eye).length();
+        if (!(apparent > (differ(surface.colours[a], surface.colours[b]) ? 1 : longest) * smallest))
+            return std::nullopt;
+        const Vec3f normal = surface.normals[a] + surface.normals[b];
+        const auto vertex = static_cast<std::uint32_t>(surface.positions.size());
+        surface.positions.push_back(centre);
+        surface.normals.push_back(normal.length() > 0.01f ? normal.normalized() : surface.normals[a]);
+        middles.emplace(key, vertex);
+        return vertex;
+    };
+    std::vector<std::array<std::uint32_t, 3>> divided;
+    for (const auto& triangle : surface.triangles) {
+        std::array<std::optional<std::uint32_t>, 3> cut;
+        for (std::size_t k = 0; k < 3; ++k) cut[k] = middle(triangle[k], triangle[(k + 1) % 3]);
+        const auto count = std::ranges::count_if(cut, [](const auto& each) { return each.has_value(); });
+        if (count == 0) {
+            divided.push_back(triangle);
+            continue;
+        }
+        // Rotated so that edge 0 is cut, and edge 2 is not, unless all are.
+        std::size_t k = 0;
+        while (!(cut[k] && (count == 3 || !cut[(k + 2) % 3]))) ++k;
+        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3], c = triangle[(k + 2) % 3],
+                            ab = *cut[k];
+        if (count == 1) {
+            divided.insert(divided.end(), {{a, ab, c}, {ab, b, c}});
+        } else {
+            const std::uint32_t bc = *cut[(k + 1) % 3];
+            if (count == 2) {
+                divided.insert(divided.end(), {{ab, b, bc}, {a, ab, bc}, {a, bc, c}});
+            } else {
+                const std::uint32_t ca = *cut[(k + 2) % 3];
+                divided.insert(divided.end(), {{a, ab, ca}, {ab, b, bc}, {bc, c, ca}, {ab, bc, ca}});
+            }
+        }
+    }
+    surface.triangles = std::move(divided);
+}
+
+const std::array<Vec3d, 2>& light_directions() {
+    static const std::array<Vec3d, 2> directions{Vec3d(0.5, 0.62, -0.605).normalized(),
+                                                 -Vec3d(0.5, 0.62, -0.605).normalized()};
+    return directions;
+}
+
+}  // namespace
+
+Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
+                          std::vector<ObjectSurface>& surfaces, const Progress& progress) {
+    if (surfaces.empty()) return Done{};
+    const ObjectLattice lattice(requests, surfaces);
+    HF_TRY_DONE(
+        measure_pigments(queries, lattice, surfaces, std::vector<std::size_t>(surfaces.size(), 0), progress));
+    std::vector<ProbeRay> rays;
 
     // Again before a white background, which is visible through transparent surfaces.
     std::vector<std::pair<std::size_t, std::size_t>> chosen;
@@ -256,6 +329,29 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
     return Done{};
 }
 
+Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
+                             std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,
+                             int levels, const Progress& progress) {
+    constexpr std::size_t most_vertices = 1000000;
+    const ObjectLattice lattice(requests, surfaces);
+    for (int level = 0; level < levels; ++level) {
+        std::vector<std::size_t> first;
+        std::size_t before = 0, after = 0;
+        for (const ObjectSurface& surface : surfaces) {
+            first.push_back(surface.positions.size());
+            before += surface.positions.size();
+        }
+        if (before >= most_vertices) break;
+        for (ObjectSurface& surface : surfaces) {
+            divide_edges(surface, eye, smallest);
+            after += surface.positions.size();
+        }
+        if (after == before) break;
+        HF_TRY_DONE(measure_pigments(queries, lattice, surfaces, first, progress));
+    }
+    return Done{};
+}
+
 Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& queries,
                                                       std::span<const GridRequest> requests,
                                                       std::span<const ObjectSurface> surfaces,
@@ -271,7 +367,7 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
         const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
         for (const std::size_t v : some_vertices(surfaces[s], 400)) {
             const GridFrame& frame = lattice.frame(s);
-            const Vec3d normal = frame.grid_normal(Vec3d(surfaces[s].normals[v])), place = points[v];
+            const Vec3d normal = frame.local_normal(Vec3d(surfaces[s].normals[v])), place = points[v];
             for (int light = 0; light < 2; ++light) {
                 const Vec3d& towards = light_directions()[std::size_t(light)];
                 const double cosine = normal.dot(towards);

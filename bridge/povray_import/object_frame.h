@@ -5,21 +5,26 @@
 
 namespace haarfield {
 
-/// Grid coordinates: cells are cubes of side 1, from 0 to `cells`.
+/// Three coordinate systems: the scene's; an object's local ones, in which POV-Ray traces it; and the grid's, in which
+/// cells are cubes of side 1, from 0 to `cells`. Local and grid coordinates are equal, except for objects that are
+/// cut: their cells grow with the distance from the centre.
 struct GridFrame {
     std::array<int, 3> cells{1, 1, 1};
-    Vec3d centre{0, 0, 0};  ///< In the scene; becomes `shift`.
-    Vec3d scale{1, 1, 1};   ///< Cells per unit of the scene, by axis.
+    Vec3d centre{0, 0, 0};  ///< In the scene; becomes `shift` in local coordinates.
+    Vec3d scale{1, 1, 1};   ///< Local units per unit of the scene, by axis.
     Vec3d shift{0, 0, 0};
+    double warp_size = 0,
+           warp_rate = 0;  ///< local = shift + warp_size sinh(warp_rate (grid - cells / 2)); 0: none.
 
-    /// Returns a point in the scene.
-    Vec3d scene_point(const Vec3d& p) const { return (p - shift) / scale + centre; }
-    /// Returns a normal in the scene.
-    Vec3d scene_normal(const Vec3d& n) const { return (n * scale).normalized(); }
-    /// Returns a point in the grid.
-    Vec3d grid_point(const Vec3d& p) const { return (p - centre) * scale + shift; }
-    /// Returns a normal in the grid.
-    Vec3d grid_normal(const Vec3d& n) const { return (n / scale).normalized(); }
+    Vec3d local_point(const Vec3d& scene) const { return (scene - centre) * scale + shift; }  ///< Of a point.
+    Vec3d local_normal(const Vec3d& scene) const { return (scene / scale).normalized(); }  ///< Of a normal.
+    /// Returns a point of the grid in the scene.
+    Vec3d scene_point(const Vec3d& grid) const;
+    /// Returns a normal at a point of the grid, in the scene.
+    Vec3d scene_normal(const Vec3d& grid, const Vec3d& normal) const;
+    double local_coordinate(int axis, double grid) const;  ///< Of one axis.
+    double grid_coordinate(int axis, double local) const;  ///< Of one axis.
+    double local_per_grid(int axis, double grid) const;    ///< The derivative of local_coordinate.
 };
 
 /// Returns the grid of a request.

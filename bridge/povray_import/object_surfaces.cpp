@@ -47,9 +47,18 @@ constexpr const char* trace_macros = R"(
   #end
 #end
 #macro HF_Axis(HF_A1,HF_D,HF_U,HF_V,HF_NU,HF_NV,HF_NE)
+  #local HF_X0=-0.5; #local HF_XE=HF_NE+0.5;
+  #if(HF_Rate>0)
+    #local HF_X0=vdot(HF_D,HF_Shift)+HF_Size*sinh(HF_Rate*(-0.5-HF_NE/2));
+    #local HF_XE=vdot(HF_D,HF_Shift)+HF_Size*sinh(HF_Rate*(0.5+HF_NE/2));
+  #end
   #for(HF_J1,0,HF_NU)
+    #local HF_X1=HF_J1;
+    #if(HF_Rate>0) #local HF_X1=vdot(HF_U,HF_Shift)+HF_Size*sinh(HF_Rate*(HF_J1-HF_NU/2)); #end
     #for(HF_J2,0,HF_NV)
-      HF_Line(HF_J1*HF_U+HF_J2*HF_V-HF_D*0.5,HF_D,HF_NE+0.5,str(HF_A1+3*(HF_J1*(HF_NV+1)+HF_J2),0,0))
+      #local HF_X2=HF_J2;
+      #if(HF_Rate>0) #local HF_X2=vdot(HF_V,HF_Shift)+HF_Size*sinh(HF_Rate*(HF_J2-HF_NV/2)); #end
+      HF_Line(HF_X1*HF_U+HF_X2*HF_V+HF_X0*HF_D,HF_D,HF_XE,str(HF_A1+3*(HF_J1*(HF_NV+1)+HF_J2),0,0))
     #end
   #end
 #end
@@ -57,6 +66,8 @@ constexpr const char* trace_macros = R"(
   #debug concat("HF_OBJECT ",str(HF_R,0,0),"\n")
   #fopen HF_H concat("hf_lines_",str(HF_R,0,0),".txt") write
   #local HF_NX=HF_G[HF_R][1]; #local HF_NY=HF_G[HF_R][2]; #local HF_NZ=HF_G[HF_R][3];
+  #declare HF_Size=HF_G[HF_R][13]; #declare HF_Rate=HF_G[HF_R][14];
+  #declare HF_Shift=<HF_G[HF_R][10],HF_G[HF_R][11],HF_G[HF_R][12]>;
   #local HF_B=object{HF_A[HF_N]
     translate -<HF_G[HF_R][4],HF_G[HF_R][5],HF_G[HF_R][6]>
     scale <HF_G[HF_R][7],HF_G[HF_R][8],HF_G[HF_R][9]>
@@ -112,6 +123,23 @@ bool read_lines(std::string_view text, CrossedGrid& grid) {
     return false;
 }
 
+/// Moves crossings from local coordinates to the grid's.
+void move_to_grid(const GridFrame& frame, CrossedGrid& grid) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+        const auto columns = static_cast<std::size_t>(grid.cells[std::size_t(last)] + 1);
+        for (std::size_t line = 0; line < grid.lines[std::size_t(axis)].size(); ++line)
+            for (LineCrossing& crossing : grid.lines[std::size_t(axis)][line]) {
+                crossing.place = frame.grid_coordinate(axis, crossing.place);
+                Vec3d normal(crossing.normal);
+                normal[axis] *= frame.local_per_grid(axis, crossing.place);
+                normal[next] *= frame.local_per_grid(next, static_cast<double>(line / columns));
+                normal[last] *= frame.local_per_grid(last, static_cast<double>(line % columns));
+                crossing.normal = Vec3f(normal.normalized());
+            }
+    }
+}
+
 /// Returns a declaration of a two-dimensional array of rows.
 std::string array_text(std::string_view name, const std::vector<std::vector<double>>& rows) {
     std::string text = fmt::format("#declare {}=array[{}][{}]{{\n", name, rows.size(), rows.front().size());
@@ -130,21 +158,62 @@ std::string row_text(std::span<const std::size_t> objects) {
 
 }  // namespace
 
+double GridFrame::local_coordinate(int axis, double grid) const {
+    if (warp_rate == 0) return grid;
+    return shift[axis] + warp_size * std::sinh(warp_rate * (grid - 0.5 * cells[std::size_t(axis)]));
+}
+
+double GridFrame::grid_coordinate(int axis, double local) const {
+    if (warp_rate == 0) return local;
+    return std::asinh((local - shift[axis]) / warp_size) / warp_rate + 0.5 * cells[std::size_t(axis)];
+}
+
+double GridFrame::local_per_grid(int axis, double grid) const {
+    if (warp_rate == 0) return 1;
+    return warp_size * warp_rate * std::cosh(warp_rate * (grid - 0.5 * cells[std::size_t(axis)]));
+}
+
+Vec3d GridFrame::scene_point(const Vec3d& grid) const {
+    const Vec3d local(local_coordinate(0, grid.x), local_coordinate(1, grid.y), local_coordinate(2, grid.z));
+    return (local - shift) / scale + centre;
+}
+
+Vec3d GridFrame::scene_normal(const Vec3d& grid, const Vec3d& normal) const {
+    const Vec3d local(normal.x / local_per_grid(0, grid.x), normal.y / local_per_grid(1, grid.y),
+                      normal.z / local_per_grid(2, grid.z));
+    return (local * scale).normalized();
+}
+
 GridFrame grid_frame(const GridRequest& request) {
     constexpr double fewest = 8;  // Cells across a thin object.
+    // Surfaces often lie at even fractions of a box.
+    constexpr std::array offsets{0.0137, 0.0291, 0.0219};
     const double longest = std::max({request.size.x, request.size.y, request.size.z});
     GridFrame frame;
+    frame.centre = request.centre;
+    if (request.is_cut) {
+        constexpr double half = 60;      // Of the box, in local units.
+        constexpr double nearest = 360;  // Half of the box, in cells at the centre.
+        frame.cells.fill(request.cells);
+        frame.scale = Vec3d(2 * half / longest);
+        for (int axis = 0; axis < 3; ++axis) frame.shift[axis] = 0.1 * offsets[std::size_t(axis)];
+        double low = 1e-6, high = 10;
+        for (int step = 0; step < 200; ++step) {
+            const double middle = 0.5 * (low + high);
+            (std::sinh(0.5 * middle * request.cells) / middle < nearest ? low : high) = middle;
+        }
+        frame.warp_rate = low;
+        frame.warp_size = half / std::sinh(0.5 * low * request.cells);
+        return frame;
+    }
     for (int axis = 0; axis < 3; ++axis) {
         const double size = std::max(request.size[axis], 1e-4 * longest);
         const double across = std::max(fewest, request.cells * size / longest);
-        const int cells = static_cast<int>(std::ceil(across)) + (request.is_cut ? 0 : 2);
+        const int cells = static_cast<int>(std::ceil(across)) + 2;
         frame.cells[std::size_t(axis)] = cells;
         frame.scale[axis] = across / size;
-        // An offset, because surfaces often lie at even fractions of a box.
-        constexpr std::array offsets{0.0137, 0.0291, 0.0219};
         frame.shift[axis] = 0.5 * cells + offsets[std::size_t(axis)];
     }
-    frame.centre = request.centre;
     return frame;
 }
 
@@ -152,14 +221,15 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
                                        double object_seconds, const Progress& progress) {
     ObjectSurfaces result;
     if (requests.empty()) return result;
-    std::vector<std::vector<double>> rows{std::vector<double>(13, 0.0)};
+    std::vector<std::vector<double>> rows{std::vector<double>(15, 0.0)};
     std::vector<std::size_t> objects;
     std::vector<GridFrame> frames;
     for (const GridRequest& request : requests) {
         const GridFrame frame = grid_frame(request);
         rows.push_back({0, double(frame.cells[0]), double(frame.cells[1]), double(frame.cells[2]),
                         frame.centre.x, frame.centre.y, frame.centre.z, frame.scale.x, frame.scale.y,
-                        frame.scale.z, frame.shift.x, frame.shift.y, frame.shift.z});
+                        frame.scale.z, frame.shift.x, frame.shift.y, frame.shift.z, frame.warp_size,
+                        frame.warp_rate});
         objects.push_back(request.object);
         frames.push_back(frame);
     }
@@ -192,14 +262,16 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
         CrossedGrid grid;
         grid.cells = frames[i].cells;
         if (!read_lines(texts[i], grid)) return;
+        if (frames[i].warp_rate > 0) move_to_grid(frames[i], grid);
         texts[i] = {};
         const ContouredMesh mesh = dual_contour(grid);
         ObjectSurface& surface = surfaces[i];
         surface.object = objects[i];
         for (const Vec3f& position : mesh.positions)
             surface.positions.emplace_back(frames[i].scene_point(Vec3d(position)));
-        for (const Vec3f& normal : mesh.normals)
-            surface.normals.emplace_back(frames[i].scene_normal(Vec3d(normal)));
+        for (std::size_t v = 0; v < mesh.normals.size(); ++v)
+            surface.normals.emplace_back(
+                frames[i].scene_normal(Vec3d(mesh.positions[v]), Vec3d(mesh.normals[v])));
         surface.triangles = mesh.triangles;
         surface.sheet_triangles = mesh.sheet_triangles;
         surface.double_edges = mesh.double_edges;

@@ -54,6 +54,16 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});
 
+/// Divides triangles whose pigment varies, and measures the pigments at the new vertices: edges whose ends differ are
+/// bisected, up to `levels` times.
+///
+/// eye       where the scene is viewed from. Edges that appear shorter than `smallest` are not divided. [rad]
+/// cost      one run of POV-Ray per level, and 2 us per new vertex; at most one million vertices in all.
+/// errors    those of SceneQueries::answer.
+Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
+                             std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,
+                             int levels, const Progress& progress = {});
+
 /// The finish of an object as far as haarfield has it.
 struct MeasuredFinish {
     float diffuse = 0;                 ///< Factor of the pigment.

@@ -118,6 +118,11 @@ std::optional<std::size_t> last_object(const std::string& log) {
     return number;
 }
 
+/// Returns the main file of a rewritten scene.
+std::string input_of(const SceneQuery& query) {
+    return fmt::format("{}/hf_scene.pov", query.pigments ? emissive_folder : plain_folder);
+}
+
 }  // namespace
 
 bool bubblewrap_works() {
@@ -161,7 +166,17 @@ Result<std::string> SceneQueries::written(const std::string& name) const {
 }
 
 Result<SceneAnswer> SceneQueries::answer(const SceneQuery& query, const Progress& progress) const {
-    HF_TRY(SceneAnswer answer, run(query, "+FP16", progress));
+    return picture(query, input_of(query), progress);
+}
+
+Result<SceneAnswer> SceneQueries::original(const SceneQuery& query, const Progress& progress) const {
+    const std::filesystem::path file = std::filesystem::absolute(file_).lexically_normal();
+    return picture(query, file.string(), progress);
+}
+
+Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::string& input,
+                                          const Progress& progress) const {
+    HF_TRY(SceneAnswer answer, run(query, input, "+FP16", progress));
     if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
     HF_TRY(const std::string bytes, written(uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm"));
     HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
@@ -170,12 +185,12 @@ Result<SceneAnswer> SceneQueries::answer(const SceneQuery& query, const Progress
 
 Result<std::filesystem::path> SceneQueries::rendered_exr(const SceneQuery& query,
                                                          const Progress& progress) const {
-    HF_TRY_DONE(run(query, "+FE", progress));
+    HF_TRY_DONE(run(query, input_of(query), "+FE", progress));
     return scratch() / (uses_frames_ ? "hf_picture1.exr" : "hf_picture.exr");
 }
 
-Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string& format,
-                                      const Progress& progress) const {
+Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string& input,
+                                      const std::string& format, const Progress& progress) const {
     std::string prelude;
     for (const auto& [name, is_on] : {std::pair("HF_Survey", query.survey),
                                       {"HF_Lights", query.lights},
@@ -196,7 +211,7 @@ Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string
 
     const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path().lexically_normal();
     const char* const variant = query.pigments ? emissive_folder : plain_folder;
-    std::vector<std::string> arguments{fmt::format("+I{}/hf_scene.pov", variant),
+    std::vector<std::string> arguments{"+I\"" + input + "\"",
                                        fmt::format("+L{}", variant),
                                        "+Ohf_picture",
                                        format,

@@ -67,6 +67,11 @@ public:
     /// cost    half a second, and the time in which POV-Ray parses the scene.
     Result<SceneAnswer> answer(const SceneQuery& query, const Progress& progress = {}) const;
 
+    /// Renders the file itself, with the size and the arguments of a query.
+    ///
+    /// errors  as answer.
+    Result<SceneAnswer> original(const SceneQuery& query, const Progress& progress = {}) const;
+
     /// Runs POV-Ray, and renders an OpenEXR file instead of a picture in memory.
     ///
     /// returns  the file, in the scratch folder.
@@ -79,7 +84,9 @@ public:
 
 private:
     SceneQueries() = default;
-    Result<SceneAnswer> run(const SceneQuery& query, const std::string& format,
+    Result<SceneAnswer> picture(const SceneQuery& query, const std::string& input,
+                                const Progress& progress) const;
+    Result<SceneAnswer> run(const SceneQuery& query, const std::string& input, const std::string& format,
                             const Progress& progress) const;
 
     std::filesystem::path file_;

@@ -262,6 +262,11 @@ private:
                         at = end;
                         continue;
                     }
+                    if (here.text == "camera" && end != 0 && end <= to) {
+                        HF_TRY_DONE(copy_camera(at, end));
+                        at = end;
+                        continue;
+                    }
                     if (is_extra(here.text)) note_unused(at);
                     if (is_extra(here.text) && end != 0 && end <= to && !is_first) {
                         HF_TRY_DONE(guarded("HF_Extras", at, end));
@@ -283,6 +288,17 @@ private:
         void note_unused_in(std::size_t from, std::size_t to) {
             for (std::size_t at = from; at < to; ++at)
                 if (token(at).is_word("subsurface") || token(at).is_word("irid")) note_unused(at);
+        }
+
+        /// Copies a camera. Without extras, it has no focal blur.
+        Result<Done> copy_camera(std::size_t at, std::size_t end) {
+            out_ += copied(at, at + 1);
+            HF_TRY_DONE(copy(at + 1, end - 1));
+            const auto body = std::span(tokens_).subspan(at, end - at);
+            if (std::ranges::any_of(body, [](const SceneToken& each) { return each.is_word("aperture"); }))
+                out_ += " #if(HF_Extras=0) aperture 0 #end ";
+            out_ += '}';
+            return Done{};
         }
 
         Result<Done> guarded(std::string_view number, std::size_t from, std::size_t to) {
@@ -471,7 +487,9 @@ private:
                             fmt::format("\n#if(HF_Survey) #declare HF_V=(<0,0,0>+{}); HF_Place(HF_V) #end ",
                                         copied(i + 1, behind));
                 }
-            HF_TRY_DONE(guarded("HF_Camera", at, end));
+            out_ += "#if(HF_Camera) ";
+            HF_TRY_DONE(copy_camera(at, end));
+            out_ += " #end ";
             enter_union(in_macro);
             return end;
         }

@@ -87,6 +87,12 @@ int main(int argc, char** argv) {
     error->add_option("--width", error_options.width, "Of the picture; default: the scene's");
     error->add_option("--pixels", error_options.pixels, "At which the truth is computed")
         ->capture_default_str();
+    CLI::App* const povray = app.add_subcommand(
+        "povray", "Imports of POV-Ray scenes against POV-Ray: evaluation, silhouettes, colours");
+    std::vector<std::string> povray_files;
+    int povray_detail = 48;
+    povray->add_option("FILE", povray_files, "Scenes (.pov)")->required()->type_name("");
+    povray->add_option("--detail", povray_detail, "As that of `import`")->capture_default_str();
     std::size_t frames = 10;
     session->add_option("--frames", frames, "Of a gesture")
         ->check(CLI::Range(1, 1000))
@@ -114,6 +120,8 @@ int main(int argc, char** argv) {
         study_relight(scene, vertices_or(180000), mesh_options.environment);
     else if (session->parsed())
         study_session(scene, frames);
+    else if (povray->parsed())
+        study_povray(povray_files, povray_detail);
     else if (error->parsed())
         study_error(scene, error_options);
     else if (frame->parsed())

@@ -1,0 +1,190 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include "bridge/pictures/preview.h"
+#include "bridge/povray_import/imported_scene.h"
+#include "fields/base/srgb.h"
+#include "fields/model/mesh_reader.h"
+#include "scenes/scene_camera.h"
+#include "tests/studies/study.h"
+
+namespace haarfield::baseline {
+namespace {
+
+constexpr int width = 160, height = 120;
+
+/// The result for one file.
+struct FileResult {
+    std::string reason;      ///< Of the first failure; empty: none.
+    bool evaluated = false;  ///< The rewritten scene's picture equals the original's.
+    bool imported = false;   ///< At least one object.
+    bool has_camera = false;
+    std::size_t objects = 0, meshes = 0, transparent = 0, failed = 0;
+    double silhouettes = 1;  ///< Fraction of pixels that differ.
+    double psnr = 0;         ///< Of unlit pictures, where both show an object. [dB]
+    double seconds = 0;
+};
+
+/// Returns the last words of an error without numbers and names, to count equal reasons.
+std::string short_reason(const std::string& what) {
+    std::string text = what.substr(0, 100);
+    if (const std::size_t at = what.find("Parse Error: "); at != std::string::npos)
+        text = what.substr(at, 80);
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
+double clock_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Compares the wrapped scene with the file itself, which is wrapped with all objects in one include.
+Result<bool> is_evaluated(const std::filesystem::path& file, const QueryOptions& options) {
+    HF_TRY(const SceneQueries queries, SceneQueries::create(file, options));
+    SceneQuery query;
+    query.width = 64;
+    query.height = 48;
+    query.arguments = {"+Q1"};
+    query.lights = query.sky = query.camera = query.extras = true;
+    query.put = "object{HF_A[HF_N]}";
+    HF_TRY(const SceneAnswer wrapped, queries.answer(query));
+    HF_TRY(const SceneAnswer original, queries.original(query));
+    for (std::size_t i = 0; i < wrapped.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            if (std::abs(srgb_encoded(wrapped.pixels[i][c]) - srgb_encoded(original.pixels[i][c])) >
+                8.0f / 255)
+                return false;
+    return true;
+}
+
+/// Returns the original's objects before a background, unlit.
+Result<std::vector<Rgb>> unlit_picture(const SceneQueries& queries, const std::vector<std::size_t>& hidden,
+                                       const Camera& camera, const char* background) {
+    SceneQuery query;
+    query.camera = query.pigments = true;
+    query.width = width;
+    query.height = width * camera.height / camera.width;
+    std::vector<int> is_hidden(hidden.empty() ? 1 : *std::ranges::max_element(hidden) + 1, 0);
+    for (const std::size_t object : hidden) is_hidden[object] = 1;
+    query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", is_hidden.size(),
+                                is_hidden.size(), fmt::join(is_hidden, ","));
+    query.put =
+        "#local HF_H=0; #if(HF_N<HF_RN) #local HF_H=HF_RA[HF_N]; #end #if(HF_H=0) object{HF_A[HF_N]} #end";
+    query.suffix =
+        fmt::format("\n#version 3.7;\nglobal_settings{{adc_bailout 0}}\nbackground{{rgb {}}}\n", background);
+    HF_TRY(SceneAnswer answer, queries.answer(query));
+    return std::move(answer.pixels);
+}
+
+Result<Done> compare(const std::filesystem::path& file, const QueryOptions& options,
+                     const ImportedPovrayScene& imported, FileResult& result) {
+    const Scene& scene = imported.scene;
+    if (scene.finds_camera) return Error{"", "no perspective camera"};
+    HF_TRY(const SceneQueries queries, SceneQueries::create(file, options));
+    HF_TRY(const std::vector<Rgb> dark,
+           unlit_picture(queries, imported.distant_objects, scene.camera, "<0,0,0>"));
+    HF_TRY(const std::vector<Rgb> bright,
+           unlit_picture(queries, imported.distant_objects, scene.camera, "<1,1,1>"));
+    std::vector<ImportedMesh> meshes;
+    for (const Entity& entity : scene.entities) {
+        MeshReaderOptions with_colours;
+        with_colours.appearance = true;
+        HF_TRY(ImportedMesh mesh, read_mesh(entity.mesh, with_colours));
+        meshes.push_back(std::move(mesh));
+    }
+    std::vector<BakedInstance> instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Mesh& mesh = meshes[scene.instances[i].entity].mesh;
+        instances.push_back({fmt::format("i{}", i), &mesh, scene.instances[i].placement, mesh.colours});
+    }
+    Camera camera = scene.camera;
+    camera.width = width;
+    camera.height = width * scene.camera.height / scene.camera.width;
+    Preview preview;
+    const Image on_dark = preview.draw(camera, instances, [](const Vec3f&) { return Rgb(0.0f); });
+    const Image on_bright = preview.draw(camera, instances, [](const Vec3f&) { return Rgb(1.0f); });
+    double differing = 0, error = 0, compared = 0;
+    for (std::size_t p = 0; p < dark.size(); ++p) {
+        const Rgb through = bright[p] - dark[p], own = on_bright.pixels[p] - on_dark.pixels[p];
+        const bool is_object = through.x + through.y + through.z < 1.5f,
+                   is_mesh = own.x + own.y + own.z < 1.5f;
+        differing += is_object != is_mesh;
+        if (!is_object || !is_mesh) continue;
+        for (int c = 0; c < 3; ++c) {
+            const double difference = double(srgb_encoded(dark[p][c]) - srgb_encoded(on_dark.pixels[p][c]));
+            error += difference * difference / 3;
+        }
+        compared += 1;
+    }
+    result.silhouettes = differing / static_cast<double>(dark.size());
+    result.psnr = compared > 0 ? std::min(99.0, -10 * std::log10(std::max(1e-12, error / compared))) : 0;
+    return Done{};
+}
+
+FileResult result_of(const std::filesystem::path& file, const std::filesystem::path& folder, int detail) {
+    FileResult result;
+    QueryOptions options;
+    options.seconds = 60;
+    const double start = clock_seconds();
+    const Result<bool> evaluated = is_evaluated(file, options);
+    result.evaluated = evaluated && *evaluated;
+    if (!evaluated) result.reason = "evaluated: " + short_reason(evaluated.error().what);
+    PovrayImport wanted;
+    wanted.queries = options;
+    wanted.detail = detail;
+    wanted.object_seconds = 10;
+    wanted.with_environment = false;
+    const Result<ImportedPovrayScene> imported = imported_povray_scene(file, folder, "scene", wanted);
+    if (imported) {
+        result.imported = imported->surfaces > 0;
+        result.has_camera = !imported->scene.finds_camera;
+        result.objects = imported->objects;
+        result.meshes = imported->surfaces;
+        result.transparent = imported->transparent;
+        result.failed = imported->failed;
+        const Result<Done> compared = compare(file, options, *imported, result);
+        if (!compared && result.reason.empty())
+            result.reason = "compared: " + short_reason(compared.error().what);
+    } else if (result.reason.empty()) {
+        result.reason = "imported: " + short_reason(imported.error().what);
+    }
+    result.seconds = clock_seconds() - start;
+    return result;
+}
+
+}  // namespace
+
+void study_povray(const std::vector<std::string>& files, int detail) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "haarfield_study_povray";
+    std::map<std::string, int> reasons;
+    double evaluated = 0, geometry = 0, some = 0, colours = 0;
+    fmt::print("{:>4} {:>5} {:>5} {:>6} {:>6} {:>8} {:>6} {:>6}  {}\n", "eval", "objs", "mesh", "transp",
+               "failed", "silh. %", "dB", "s", "file");
+    for (const std::string& file : files) {
+        std::error_code ignored;
+        std::filesystem::remove_all(folder, ignored);
+        const FileResult result = result_of(file, folder, detail);
+        evaluated += result.evaluated;
+        some += result.imported && result.has_camera;
+        geometry += result.imported && result.has_camera && result.transparent == 0 && result.failed == 0 &&
+                    result.silhouettes <= 0.02;
+        colours += result.imported && result.psnr >= 30;
+        if (!result.reason.empty()) ++reasons[result.reason];
+        fmt::print("{:>4} {:>5} {:>5} {:>6} {:>6} {:>8.2f} {:>6.1f} {:>6.1f}  {}  {}\n",
+                   result.evaluated ? 1 : 0, result.objects, result.meshes, result.transparent, result.failed,
+                   100 * result.silhouettes, result.psnr, result.seconds, file, result.reason);
+        std::fflush(stdout);
+    }
+    const double percent = 100 / static_cast<double>(std::max<std::size_t>(1, files.size()));
+    fmt::print(
+        "\nevaluated {:.1f} %; geometry {:.1f} %, an object and the camera {:.1f} %; colours {:.1f} %\n",
+        evaluated * percent, geometry * percent, some * percent, colours * percent);
+    for (const auto& [reason, number] : reasons) fmt::print("{:>4}  {}\n", number, reason);
+}
+
+}  // namespace haarfield::baseline
