@@ -230,7 +230,7 @@ Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& 
 void divide_edges(ObjectSurface& surface, const Vec3d& eye, double smallest) {
     constexpr float least_difference = 0.08f;
     // On surfaces with several colours, long edges may hide others between their ends.
-    constexpr double longest = 6;
+    constexpr double longest = 20;
     Rgb least(1e9f), most(-1e9f);
     for (const Rgb& colour : surface.colours)
         for (int c = 0; c < 3; ++c) {
@@ -332,7 +332,7 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                              std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,
                              int levels, const Progress& progress) {
-    constexpr std::size_t most_vertices = 1000000;
+    constexpr std::size_t most_vertices = 300000;
     const ObjectLattice lattice(requests, surfaces);
     for (int level = 0; level < levels; ++level) {
         std::vector<std::size_t> first;

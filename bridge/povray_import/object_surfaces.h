@@ -58,7 +58,7 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 /// bisected, up to `levels` times.
 ///
 /// eye       where the scene is viewed from. Edges that appear shorter than `smallest` are not divided. [rad]
-/// cost      one run of POV-Ray per level, and 2 us per new vertex; at most one million vertices in all.
+/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 300,000 vertices in all.
 /// errors    those of SceneQueries::answer.
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                              std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,

@@ -1,0 +1,263 @@
+#include "bridge/povray_import/dual_contour.h"
+#include "bridge/povray_import/imported_scene.h"
+#include "bridge/povray_import/object_surfaces.h"
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "fields/mesh/mesh_topology.h"
+#include "fields/model/mesh_reader.h"
+#include "scenes/image.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace haarfield {
+namespace {
+
+std::filesystem::path written_scene(const std::string& name, const std::string& text) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("haarfield_" + name);
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    EXPECT_TRUE(write_file(folder / "scene.pov", text));
+    return folder / "scene.pov";
+}
+
+/// Returns a grid whose lines cross a solid with a signed distance and a normal, found by bisection.
+template <class Distance>
+CrossedGrid crossed(int cells, const Distance& distance) {
+    CrossedGrid grid;
+    grid.cells.fill(cells);
+    for (int axis = 0; axis < 3; ++axis) {
+        grid.lines[std::size_t(axis)].resize(grid.line_count(axis));
+        for (std::size_t line = 0; line < grid.line_count(axis); ++line) {
+            Vec3d p(0, 0, 0);
+            p[(axis + 1) % 3] = double(line / std::size_t(cells + 1));
+            p[(axis + 2) % 3] = double(line % std::size_t(cells + 1));
+            constexpr int steps = 16;
+            for (int k = 0; k < cells * steps; ++k) {
+                Vec3d a = p, b = p;
+                a[axis] = double(k) / steps;
+                b[axis] = double(k + 1) / steps;
+                const bool before = distance(a) < 0, after = distance(b) < 0;
+                if (before == after) continue;
+                for (int i = 0; i < 50; ++i) {
+                    const Vec3d m = (a + b) / 2;
+                    ((distance(m) < 0) == before ? a : b) = m;
+                }
+                Vec3d gradient;
+                for (int c = 0; c < 3; ++c) {
+                    Vec3d step(0, 0, 0);
+                    step[c] = 1e-6;
+                    gradient[c] = distance(a + step) - distance(a - step);
+                }
+                grid.lines[std::size_t(axis)][line].push_back(
+                    {a[axis], Vec3f(gradient.normalized()), before, after});
+            }
+        }
+    }
+    return grid;
+}
+
+/// Counts edges that do not have one triangle in each direction, by position.
+std::size_t open_edges(const ContouredMesh& mesh) {
+    std::map<std::array<float, 3>, std::uint32_t> index;
+    std::vector<std::uint32_t> merged;
+    for (const Vec3f& p : mesh.positions)
+        merged.push_back(index.emplace(std::array{p.x, p.y, p.z}, std::uint32_t(index.size())).first->second);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = merged[triangle[k]], b = merged[triangle[(k + 1) % 3]];
+            if (a < b) ++edges[{a, b}];
+            if (b < a) --edges[{b, a}];
+        }
+    return std::size_t(std::ranges::count_if(edges, [](const auto& edge) { return edge.second != 0; }));
+}
+
+TEST(DualContour, SphereIsClosedSmoothAndFacesOutwards) {
+    const Vec3d centre(8.1, 7.9, 8.3);
+    const auto distance = [&](const Vec3d& p) { return (p - centre).length() - 5; };
+    const ContouredMesh mesh = dual_contour(crossed(16, distance));
+    EXPECT_GT(mesh.triangles.size(), 500u);
+    EXPECT_EQ(open_edges(mesh), 0u);
+    EXPECT_EQ(mesh.sheet_triangles, 0u);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3d out = Vec3d(mesh.positions[v]) - centre;
+        EXPECT_NEAR(out.length(), 5, 0.05);
+        EXPECT_GT(out.normalized().dot(Vec3d(mesh.normals[v])), 0.99);
+    }
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d p(mesh.positions[a]),
+            across = (Vec3d(mesh.positions[b]) - p).cross(Vec3d(mesh.positions[c]) - p);
+        EXPECT_GT(across.dot(p - centre), 0);
+    }
+}
+
+TEST(DualContour, BoxesKeepTheirEdgesAndCorners) {
+    const Vec3d lower(3.3, 3.4, 3.6), upper(12.2, 11.7, 12.6);
+    const ContouredMesh mesh = dual_contour(crossed(16, [&](const Vec3d& p) {
+        const Vec3d a = lower - p, b = p - upper;
+        return std::max({a.x, a.y, a.z, b.x, b.y, b.z});
+    }));
+    EXPECT_EQ(open_edges(mesh), 0u);
+    double nearest = 1;
+    for (const Vec3f& p : mesh.positions) {
+        nearest = std::min(nearest, (Vec3d(p) - upper).length());
+        const Vec3d a = lower - Vec3d(p), b = Vec3d(p) - upper;
+        EXPECT_NEAR(std::max({a.x, a.y, a.z, b.x, b.y, b.z}), 0, 1e-4);
+    }
+    EXPECT_LT(nearest, 1e-3);
+}
+
+TEST(DualContour, SheetsAreOpen) {
+    CrossedGrid grid;
+    grid.cells.fill(8);
+    for (int axis = 0; axis < 3; ++axis) grid.lines[std::size_t(axis)].resize(grid.line_count(axis));
+    for (std::size_t line = 0; line < grid.line_count(1); ++line)
+        grid.lines[1][line].push_back({4.25, Vec3f(0, 1, 0), false, false});
+    const ContouredMesh mesh = dual_contour(grid);
+    EXPECT_EQ(mesh.triangles.size(), 7u * 7u * 2u);
+    EXPECT_EQ(mesh.sheet_triangles, mesh.triangles.size());
+    for (const Vec3f& p : mesh.positions) EXPECT_FLOAT_EQ(p.y, 4.25f);
+}
+
+TEST(DualContour, ThinWallsWithinACellStayApart) {
+    const auto distance = [](const Vec3d& p) {
+        return std::max(std::abs(p.x - 8.0) - 0.55, (p - Vec3d(8)).length() - 6);
+    };
+    const ContouredMesh mesh = dual_contour(crossed(16, distance));
+    EXPECT_EQ(open_edges(mesh), 0u);
+    for (const Vec3f& p : mesh.positions) EXPECT_NEAR(distance(Vec3d(p)), 0, 0.1);
+}
+
+/// A scene with one object of each kind of finish and pigment.
+constexpr const char* scene_text_3 = R"(#version 3.7;
+global_settings{assumed_gamma 1}
+camera{location <0,2,-8> look_at <0,0,0> angle 50}
+light_source{<5,9,-9> rgb <.5,.75,1>}
+background{rgb <.1,.2,.4>}
+sphere{<-2.5,0,0>,1 pigment{rgb <1,.5,.2>} finish{diffuse .6 phong .7 phong_size 40}}
+#for(I,0,1) box{-1,1 scale .6 translate 2*I*x
+  pigment{gradient y color_map{[.5 rgb x][.5 rgb z]}} finish{diffuse .5 specular .4 roughness .02 ambient 0}} #end
+plane{y,-1 pigment{rgb .5}}
+sphere{0,1e5 pigment{rgb 1} inverse}
+sphere{<0,2,0>,.5 pigment{rgbt <1,1,1,.9>} interior{ior 1.5}}
+)";
+
+class PovrayImportTest : public testing::Test {
+protected:
+    static const ImportedPovrayScene& imported() {
+        static const ImportedPovrayScene scene = [] {
+            const std::filesystem::path file = written_scene("povray_import", scene_text_3);
+            PovrayImport options;
+            options.detail = 24;
+            const Result<ImportedPovrayScene> result =
+                imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+            EXPECT_TRUE(result) << result.error().message();
+            return result ? *result : ImportedPovrayScene();
+        }();
+        return scene;
+    }
+    static ImportedMesh mesh_of(const std::string& name) {
+        MeshReaderOptions options;
+        options.appearance = true;
+        for (const Entity& entity : imported().scene.entities)
+            if (entity.name == name) return *read_mesh(entity.mesh, options);
+        ADD_FAILURE() << "no entity " << name;
+        return {};
+    }
+};
+
+TEST_F(PovrayImportTest, ObjectsBecomeMeshesWithColoursAndFinishes) {
+    const Scene& scene = imported().scene;
+    ASSERT_EQ(scene.entities.size(), 4u);  // A sphere, two boxes, and the plane.
+    EXPECT_EQ(imported().transparent, 1u);
+    const SceneMaterial& sphere = scene.materials.at("sphere");
+    EXPECT_NEAR(sphere.diffuse.x, 0.6, 0.006);
+    EXPECT_NEAR(sphere.phong, 0.7, 0.02);
+    EXPECT_NEAR(sphere.shininess, 40, 2);
+    const SceneMaterial& box = scene.materials.at("box");
+    EXPECT_NEAR(box.diffuse.x, 0.5, 0.005);
+    EXPECT_NEAR(box.blinn, 0.4, 0.01);
+    EXPECT_NEAR(box.roughness, 0.02, 0.001);
+    const ImportedMesh ball = mesh_of("sphere");
+    for (const Rgb& colour : ball.mesh.colours) {
+        EXPECT_NEAR(colour.x, 1, 1e-4);
+        EXPECT_NEAR(colour.y, 0.5, 1e-4);
+    }
+    for (const Vec3f& p : ball.mesh.positions) EXPECT_NEAR((p - Vec3f(-2.5f, 0, 0)).length(), 1, 0.01);
+    EXPECT_TRUE(triangles_of_open_pieces(ball.mesh).empty() ||
+                std::ranges::none_of(triangles_of_open_pieces(ball.mesh),
+                                     [](std::uint8_t open) { return open != 0; }));
+}
+
+TEST_F(PovrayImportTest, PicturesAreNotMirrored) {
+    const Scene& scene = imported().scene;
+    EXPECT_FALSE(scene.finds_camera);
+    // The file's camera looks along +z, with +x to the right. Here it looks along -z.
+    EXPECT_LT((scene.camera.position - Vec3f(0, 2, 8)).length(), 1e-4f);
+    EXPECT_LT(scene.camera.target.z, 8);
+    const double across = 2 * std::tan(25 * pi / 180);
+    EXPECT_NEAR(scene.camera.vertical_fov, 2 * std::atan(across / 2 * 3 / 4), 1e-3);
+    ASSERT_EQ(scene.lamps.size(), 1u);
+    EXPECT_EQ(scene.lamps[0].position, Vec3f(5, 9, 9));
+    EXPECT_EQ(scene.lamps[0].colour, Rgb(0.5f, 0.75f, 1));
+}
+
+TEST_F(PovrayImportTest, DistantObjectsAreTheEnvironment) {
+    const Result<Image> image = read_image(imported().scene.environment.image);
+    ASSERT_TRUE(image) << image.error().message();
+    EXPECT_EQ(image->width, 1024);
+    EXPECT_EQ(imported().distant, 1u);
+    EXPECT_EQ(imported().failed, 0u);
+}
+
+TEST_F(PovrayImportTest, TransparentObjectsAreNamedWithTheirLine) {
+    const auto& warnings = imported().warnings;
+    EXPECT_TRUE(std::ranges::any_of(warnings, [](const std::string& warning) {
+        return warning.find("scene.pov:10: sphere is transparent") != std::string::npos;
+    })) << testing::PrintToString(warnings);
+}
+
+TEST(PovrayImport, ImportsADeclaredObjectOfAnInclude) {
+    const std::filesystem::path file = written_scene(
+        "povray_object",
+        "#declare R=2;\n#declare Cup=difference{cylinder{0,y*R,1} cylinder{.1*y,3*y,.9} pigment{rgb x}}\n");
+    PovrayImport options;
+    options.detail = 24;
+    options.queries.wrap.object = "Cup";
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "Cup", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.entities.size(), 1u);
+    EXPECT_EQ(imported->scene.entities[0].name, "Cup");
+    EXPECT_TRUE(imported->scene.finds_camera);
+    options.queries.wrap.object = "Missing";
+    EXPECT_FALSE(imported_povray_scene(file, file.parent_path() / "out", "Missing", options));
+}
+
+TEST(ObjectSurfaces, SlowObjectsAreLeftOutAndOthersKept) {
+    const std::filesystem::path file = written_scene(
+        "povray_slow",
+        "#version 3.7;\nsphere{0,1}\nisosurface{function{x*x+y*y+z*z-1+0.0001*f_noise3d(x*50,y*50,z*50)}"
+        " contained_by{box{-2,2}} accuracy 1e-9 max_gradient 50000}\nbox{3,4}\n");
+    const std::filesystem::path text = file;
+    ASSERT_TRUE(write_file(text,
+                           "#version 3.7;\n#include \"functions.inc\"\nsphere{0,1}\nisosurface{function{"
+                           "x*x+y*y+z*z-1+0.0001*f_noise3d(x*50,y*50,z*50)} contained_by{box{-2,2}} "
+                           "accuracy 1e-9 max_gradient 500000}\nbox{3,4}\n"));
+    const Result<SceneQueries> queries = SceneQueries::create(file, {});
+    ASSERT_TRUE(queries) << queries.error().message();
+    std::vector<GridRequest> requests{{0, Vec3d(0), Vec3d(2), 16, false},
+                                      {1, Vec3d(0), Vec3d(4), 64, false},
+                                      {2, Vec3d(3.5), Vec3d(1), 16, false}};
+    const Result<ObjectSurfaces> surfaces = object_surfaces(*queries, requests, 1.5);
+    ASSERT_TRUE(surfaces) << surfaces.error().message();
+    EXPECT_EQ(surfaces->slow, std::vector<std::size_t>{1});
+    ASSERT_EQ(surfaces->surfaces.size(), 2u);
+    EXPECT_EQ(surfaces->surfaces[1].object, 2u);
+}
+
+}  // namespace
+}  // namespace haarfield
