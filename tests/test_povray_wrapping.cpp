@@ -135,7 +135,8 @@ TEST(WrappedScene, BadFilesAreErrors) {
     EXPECT_FALSE(wrapped_scene("/nowhere/scene.pov"));
     const Result<WrappedScene> scene = wrapped_scene(written_scene("bad", "sphere{0,1}\n\n/* "));
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message().find("scene.pov: line 3: "), std::string::npos);
+    EXPECT_NE(scene.error().message().find("scene.pov: line 3: "), std::string::npos)
+        << scene.error().message();
 }
 
 SceneSurvey surveyed(const std::string& text) {

@@ -237,7 +237,10 @@ Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& pr
                 survey.unread_lights.push_back(statement);
         }
     }
-    HF_TRY(survey.camera, CameraFinder(queries, progress).found(places));
+    // Without a camera, POV-Ray has one at the origin.
+    if (queries.scene().has_camera) {
+        HF_TRY(survey.camera, CameraFinder(queries, progress).found(places));
+    }
     return survey;
 }
 

@@ -28,7 +28,7 @@ public:
         if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;
         std::vector<SceneToken> tokens;
         while (true) {
-            if (const std::size_t open = at_; !skip_blanks()) return unterminated(open, "comment", "*/");
+            if (!skip_blanks()) return unterminated(comment_, "comment", "*/");
             if (at_ == text_.size()) return tokens;
             const std::size_t begin = at_;
             SceneToken token = next();
@@ -60,6 +60,7 @@ private:
             } else if (text_.substr(at_, 2) == "//") {
                 at_ = std::min(text_.find('\n', at_), text_.size());
             } else if (text_.substr(at_, 2) == "/*") {
+                comment_ = at_;
                 std::size_t depth = 0;
                 do {
                     if (at_ >= text_.size()) return false;
@@ -116,7 +117,7 @@ private:
     }
 
     std::string_view text_;
-    std::size_t at_ = 0;
+    std::size_t at_ = 0, comment_ = 0;  ///< The place, and that of the last comment.
 };
 
 bool opens_block(const SceneToken& token) {

@@ -177,7 +177,6 @@ private:
                     at = end_of_expression(tokens_, 1);
                     if (at < tokens_.size() && tokens_[at].is(';')) ++at;
                     HF_TRY_DONE(copy(0, at));
-                    wrapper_.result_.first_version_line = line(0);
                 }
                 out_ += "\n#include \"hf_prelude.inc\"\n";
             }
@@ -478,6 +477,7 @@ private:
 
         /// A camera. In a survey, its position is evaluated.
         Result<std::size_t> camera(std::size_t at, std::size_t end, bool in_macro) {
+            wrapper_.result_.has_camera = true;
             leave_union(in_macro);
             for (std::size_t i = at + 2; i + 1 < end; ++i)
                 if (token(i).is_word("location")) {

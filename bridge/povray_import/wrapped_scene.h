@@ -49,7 +49,7 @@ struct WrappedScene {
     std::vector<SceneStatement> statements;
     std::vector<UnusedStatement> unused;  ///< In the order of their first occurrence.
     std::set<std::string> declared;       ///< Names of objects that the scene declares.
-    std::size_t first_version_line = 0;   ///< 0: the scene does not begin with `#version`.
+    bool has_camera = false;              ///< A file has a `camera` statement.
 };
 
 /// Files that are included in front of a scene, or instead of one.
