@@ -112,11 +112,12 @@ public:
             }
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
         if (options_.colour_levels > 0) {
-            double angle = 0.001;
-            if (survey_.camera)
-                angle = survey_.camera->right.length() / survey_.camera->direction.length() / smallest_edge;
-            HF_TRY_DONE(refine_pigments(queries_, requests_, surfaces, eye(), angle, options_.colour_levels,
-                                        progress_));
+            std::optional<SurveyedCamera> camera = survey_.camera;
+            if (camera && !camera->is_perspective) camera.reset();
+            const double angle =
+                camera ? camera->right.length() / camera->direction.length() / smallest_edge : 0.001;
+            const int levels = camera ? options_.colour_levels : std::min(1, options_.colour_levels);
+            HF_TRY_DONE(refine_pigments(queries_, requests_, surfaces, camera, angle, levels, progress_));
         }
         HF_TRY(std::vector<MeasuredFinish> finishes,
                measured_finishes(queries_, requests_, surfaces, progress_));

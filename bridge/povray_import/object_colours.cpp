@@ -162,7 +162,7 @@ double median(std::vector<double> values) {
 
 /// One measurement of a finish.
 struct Sighting {
-    std::size_t surface, vertex;
+    std::size_t surface;
     int light;        ///< 0 or 1.
     double cosine;    ///< Between normal and light.
     double mirror;    ///< Cosine between the view and the mirrored light.
@@ -226,8 +226,17 @@ Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& 
     return measure();
 }
 
+/// Tests whether a point is in the picture or near its border.
+bool is_in_picture(const SurveyedCamera& camera, const Vec3d& point) {
+    constexpr double half = 0.65;
+    const Vec3d v = point - camera.position;
+    const double depth = v.dot(camera.direction) / camera.direction.length2(),
+                 x = v.dot(camera.right) / camera.right.length2(), y = v.dot(camera.up) / camera.up.length2();
+    return depth > 0 && std::abs(x) < half * depth && std::abs(y) < half * depth;
+}
+
 /// Divides the triangles of a surface at the middles of edges whose ends differ.
-void divide_edges(ObjectSurface& surface, const Vec3d& eye, double smallest) {
+void divide_edges(ObjectSurface& surface, const std::optional<SurveyedCamera>& camera, double smallest) {
     constexpr float least_difference = 0.08f;
     // On surfaces with several colours, long edges may hide others between their ends.
     constexpr double longest = 20;
@@ -249,7 +258,10 @@ void divide_edges(ObjectSurface& surface, const Vec3d& eye, double smallest) {
         if (!is_coloured) return std::nullopt;
         const Vec3f p = surface.positions[a], q = surface.positions[b];
         const Vec3f centre = (p + q) * 0.5f;
-        const double apparent = double((p - q).length()) / (Vec3d(centre) - eye).length();
+        if (camera && !is_in_picture(*camera, Vec3d(centre))) return std::nullopt;
+        const Vec3d eye = camera ? camera->position : Vec3d(0, 0, 0);
+        const double apparent =
+            camera ? double((p - q).length()) / (Vec3d(centre) - eye).length() : 2 * smallest;
         if (!(apparent > (differ(surface.colours[a], surface.colours[b]) ? 1 : longest) * smallest))
             return std::nullopt;
         const Vec3f normal = surface.normals[a] + surface.normals[b];
@@ -330,8 +342,9 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 }
 
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
-                             std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,
-                             int levels, const Progress& progress) {
+                             std::vector<ObjectSurface>& surfaces,
+                             const std::optional<SurveyedCamera>& camera, double smallest, int levels,
+                             const Progress& progress) {
     constexpr std::size_t most_vertices = 300000;
     const ObjectLattice lattice(requests, surfaces);
     for (int level = 0; level < levels; ++level) {
@@ -343,7 +356,7 @@ Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRe
         }
         if (before >= most_vertices) break;
         for (ObjectSurface& surface : surfaces) {
-            divide_edges(surface, eye, smallest);
+            divide_edges(surface, camera, smallest);
             after += surface.positions.size();
         }
         if (after == before) break;
@@ -381,13 +394,17 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
                     rays.push_back(
                         {s, place + view * (start_distance / std::max(0.2, view.dot(normal))), -view});
                     const Vec3d half = (view + towards).normalized();
-                    sightings.push_back(
-                        {s, v, light, cosine, std::cos(angle), normal.dot(half), degrees > 60});
+                    sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 60});
                 }
             }
         }
     }
     if (rays.empty()) return finishes;
+    // The pigments that these rays see: fine patterns differ between neighbouring points.
+    SceneQuery unlit = lattice.query(rays);
+    unlit.pigments = true;
+    HF_TRY(const SceneAnswer unlit_answer, queries.answer(unlit, progress));
+    const std::vector<Rgb> pigments = ObjectLattice::colours(unlit_answer, rays.size());
     // Two permutations of the colours of both lights and the sky, so that saturated pigments reflect one.
     constexpr std::array<std::array<int, 3>, 2> permutations{{{0, 1, 2}, {2, 0, 1}}};
     std::array<std::vector<Rgb>, 2> colours;
@@ -414,7 +431,7 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
         for (std::size_t i = sightings.size(); i-- > 0;) {
             const Sighting& sighting = sightings[i];
             if (sighting.surface != s) continue;
-            const Rgb& pigment = surfaces[s].colours[sighting.vertex];
+            const Rgb& pigment = pigments[i];
             // The permutation in which the pigment is brighter in the light's channel.
             const auto light = std::size_t(sighting.light);
             const std::size_t k = pigment[permutations[0][light]] >= pigment[permutations[1][light]] ? 0 : 1;

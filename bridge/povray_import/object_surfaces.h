@@ -57,12 +57,14 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 /// Divides triangles whose pigment varies, and measures the pigments at the new vertices: edges whose ends differ are
 /// bisected, up to `levels` times.
 ///
-/// eye       where the scene is viewed from. Edges that appear shorter than `smallest` are not divided. [rad]
+/// camera    edges outside its picture, or that appear shorter than `smallest` [rad], are not divided; none: all
+///           edges are.
 /// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 300,000 vertices in all.
 /// errors    those of SceneQueries::answer.
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
-                             std::vector<ObjectSurface>& surfaces, const Vec3d& eye, double smallest,
-                             int levels, const Progress& progress = {});
+                             std::vector<ObjectSurface>& surfaces,
+                             const std::optional<SurveyedCamera>& camera, double smallest, int levels,
+                             const Progress& progress = {});
 
 /// The finish of an object as far as haarfield has it.
 struct MeasuredFinish {
@@ -78,7 +80,7 @@ struct MeasuredFinish {
 /// returns   a finish for each surface.
 /// accuracy  1 % of diffuse; 2 % of the others.
 /// errors    those of SceneQueries::answer.
-/// cost      two runs of POV-Ray.
+/// cost      three runs of POV-Ray.
 Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& queries,
                                                       std::span<const GridRequest> requests,
                                                       std::span<const ObjectSurface> surfaces,
