@@ -32,8 +32,8 @@ extern char** environ;
 namespace {
 
 constexpr const char* all_commands[] = {"import",  "precompute", "bake",   "reference", "compare",  "budget",
-                                        "relight", "info",       "verify", "library",   "residual", "plan",
-                                        "work",    "join",       "status", "view"};
+                                        "relight", "info",       "verify", "library",   "residual", "probe",
+                                        "plan",    "work",       "join",   "status",    "view"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;

@@ -246,15 +246,15 @@ TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
         }
     }
     EXPECT_EQ(commands, (std::set<std::string>{"bake", "budget", "compare", "import", "info", "join",
-                                               "library", "plan", "precompute", "reference", "relight",
-                                               "residual", "status", "verify", "view", "work"}));
+                                               "library", "plan", "precompute", "probe", "reference",
+                                               "relight", "residual", "status", "verify", "view", "work"}));
 }
 
 /// Checks the options that pages name outside of tables of commands and code blocks.
 TEST(Readme, NamesNoOptionThatItsCommandsLack) {
-    const std::set<std::string> all{"bake",    "budget", "compare",    "import",    "info",    "join",
-                                    "library", "plan",   "precompute", "reference", "relight", "residual",
-                                    "status",  "verify", "view",       "work"},
+    const std::set<std::string> all{"bake",     "budget", "compare",    "import", "info",      "join",
+                                    "library",  "plan",   "precompute", "probe",  "reference", "relight",
+                                    "residual", "status", "verify",     "view",   "work"},
         make_fields{"bake", "budget", "precompute", "relight"};
     const std::map<std::string, std::set<std::string>> meant{
         {"--help", all},

@@ -61,7 +61,7 @@ std::vector<Command> all_commands(CLI::App& program, CommonOptions& options) {
     program.formatter(std::make_shared<BriefHelp>());  // subcommands that are added later inherit it
     std::vector<Command> commands;
     for (const auto make :
-         {import_command, precompute_command, bake_command, reference_command, compare_command,
+         {import_command, precompute_command, bake_command, reference_command, compare_command, probe_command,
           budget_command, residual_command, relight_command, info_command, verify_command, library_command,
           plan_command, work_command, join_command, status_command, view_command}) {
         commands.push_back(make(program));

@@ -60,6 +60,7 @@ struct Command {
 /// work.
 Command import_command(CLI::App& program);
 Command precompute_command(CLI::App& program);
+Command probe_command(CLI::App& program);
 Command bake_command(CLI::App& program);
 Command reference_command(CLI::App& program);
 Command compare_command(CLI::App& program);

@@ -9,9 +9,9 @@
 #include <cstring>
 #include <numeric>
 
+#include "bridge/povray_import/light_probe.h"
 #include "fields/base/names.h"
 #include "fields/file/write_file.h"
-#include "fields/wavelets/cubemap.h"
 #include "scenes/image.h"
 #include "scenes/scene_import.h"
 
@@ -71,6 +71,20 @@ Result<Done> write_coloured_ply(const std::filesystem::path& file, const ObjectS
         for (const std::uint32_t corner : triangle) add(static_cast<std::int32_t>(corner));
     }
     return write_file(file, bytes);
+}
+
+/// Renders distant objects and the sky; see rendered_light.
+Result<Image> surrounding_light(const SceneQueries& queries, const Vec3d& from, const AffineMap& frame,
+                                const std::vector<std::size_t>& objects, bool is_legacy,
+                                const Progress& progress) {
+    SceneQuery query;
+    query.lights = query.sky = true;
+    std::vector<int> rows(objects.empty() ? 1 : objects.back() + 1, 0);
+    for (const std::size_t object : objects) rows[object] = 1;
+    query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
+                                rows.size(), fmt::join(rows, ","));
+    query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+    return rendered_light(queries, query, from, frame, environment_width, is_legacy, progress);
 }
 
 /// Imports one scene.
@@ -227,18 +241,10 @@ private:
 
     /// Sets the map from the file's coordinates to the scene's.
     void set_frame(const std::vector<ObjectSurface>& surfaces) {
-        bool left_handed = true, z_up = options_.z_up.value_or(false);
-        if (survey_.camera) {
-            const SurveyedCamera& camera = *survey_.camera;
-            left_handed = !camera.is_perspective || camera.is_left_handed();
-            const Vec3d right = camera.right.normalized(), up = camera.up.normalized();
-            if (!options_.z_up && camera.is_perspective) {
-                const bool is_level_y = std::abs(right.y) < 0.02, is_level_z = std::abs(right.z) < 0.02;
-                z_up = is_level_z && (!is_level_y || up.y < 0.05);
-                if (!is_level_y && !is_level_z)
-                    result_.warnings.emplace_back("the camera is rolled; the import's camera is upright");
-            }
-        }
+        world_ = scene_frame(survey_.camera, options_.z_up);
+        if (survey_.camera && survey_.camera->is_perspective &&
+            std::abs(world_.direction(survey_.camera->right.normalized()).y) > 0.02)
+            result_.warnings.emplace_back("the camera is rolled; the import's camera is upright");
         scale_ = options_.unit;
         if (options_.size) {
             Bounds box;
@@ -249,8 +255,6 @@ private:
             const double longest = double(std::max({side.x, side.y, side.z}));
             if (longest > 0) scale_ = *options_.size / longest;
         }
-        if (z_up) world_.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
-        if (left_handed) world_.axes[z_up ? 1 : 2] *= -1;
         for (Vec3d& axis : world_.axes) axis *= scale_;
     }
 
@@ -408,59 +412,16 @@ private:
 
     /// Renders the sky and distant objects around the camera.
     Result<Done> add_environment() {
-        constexpr int height = environment_width / 2;
-        const Vec3d from = eye();
-        SceneQuery query;
-        query.lights = query.sky = true;
-        query.width = environment_width;
-        query.height = height;
-        query.arguments = {"+A0.05", "+AM1", "+R3", "-J"};
-        std::vector<int> rows(distant_.empty() ? 1 : distant_.back() + 1, 0);
-        for (const std::size_t object : distant_) rows[object] = 1;
-        query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
-                                    rows.size(), fmt::join(rows, ","));
-        query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
-        query.suffix = fmt::format(
-            "\ncamera{{spherical location <{:.12g},{:.12g},{:.12g}> up y right x "
-            "direction z angle 360 180}}\n",
-            from.x, from.y, from.z);
-        Image spherical;
-        if (gamma_.is_legacy) {
-            HF_TRY(SceneAnswer answer, queries_.answer(query, progress_));
-            spherical = {environment_width, height, std::move(answer.pixels), {}};
-        } else {
-            HF_TRY(const std::filesystem::path exr, queries_.rendered_exr(query, progress_));
-            HF_TRY(spherical, read_image(exr));
-        }
-        Image environment{environment_width, height, {}, {}};
-        bool is_dark = true;
-        for (int row = 0; row < height; ++row)
-            for (int column = 0; column < environment_width; ++column) {
-                const Vec3d d = lat_long_direction((column + 0.5) / environment_width, (row + 0.5) / height);
-                // The inverse of a rotation or reflection is its transpose.
-                const Vec3d file(world_.axes[0].dot(d), world_.axes[1].dot(d), world_.axes[2].dot(d));
-                const Rgb pixel = spherical_pixel(spherical, file.normalized());
-                is_dark = is_dark && pixel == Rgb(0.0f);
-                environment.pixels.push_back(pixel);
-            }
-        if (is_dark) return Done{};
+        AffineMap turn = world_;
+        for (Vec3d& axis : turn.axes) axis /= scale_;
+        HF_TRY(const Image environment,
+               surrounding_light(queries_, eye(), turn, distant_, gamma_.is_legacy, progress_));
+        if (std::ranges::all_of(environment.pixels, [](const Rgb& pixel) { return pixel == Rgb(0.0f); }))
+            return Done{};
         const std::filesystem::path file = folder_ / (name_ + "_environment.exr");
         HF_TRY_DONE(write_image(environment, file));
         result_.scene.environment.image = file;
         return Done{};
-    }
-
-    /// Returns the pixel of POV-Ray's spherical camera in a direction.
-    static Rgb spherical_pixel(const Image& image, const Vec3d& d) {
-        const double x = std::atan2(d.x, d.z) / (2 * pi) + 0.5,
-                     y = 0.5 - std::asin(std::clamp(d.y, -1.0, 1.0)) / pi;
-        const int column = std::clamp(static_cast<int>(x * image.width), 0, image.width - 1),
-                  row = std::clamp(static_cast<int>(y * image.height), 0, image.height - 1);
-        Rgb pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
-                                 static_cast<std::size_t>(column)];
-        for (int c = 0; c < 3; ++c)
-            pixel[c] = std::isfinite(pixel[c]) ? std::clamp(pixel[c], 0.0f, 65000.0f) : 0.0f;
-        return pixel;
     }
 
     void name_unused() {

@@ -2,6 +2,7 @@
 /// The objects, lights and camera of a scene, as POV-Ray evaluates them.
 
 #include "bridge/povray_import/scene_queries.h"
+#include "fields/base/affine_map.h"
 #include "fields/model/model_part.h"
 
 namespace haarfield {
@@ -29,13 +30,19 @@ struct SurveyedCamera {
     bool is_left_handed() const { return right.cross(up).dot(direction) > 0; }
 };
 
-/// What a scene contains.
+/// The content of a scene.
 struct SceneSurvey {
     std::vector<SurveyedObject> objects;  ///< In the order in which POV-Ray creates them.
     std::vector<ModelLight> lights;
     std::vector<std::size_t> unread_lights;  ///< Statements of lights that haarfield does not have.
     std::optional<SurveyedCamera> camera;
 };
+
+/// Returns the rotation or reflection from a file's coordinates to a right-handed frame with y up. Left-handed
+/// coordinates are mirrored along the depth. The upward axis is y, or z if only that agrees with an upright camera.
+///
+/// z_up  replaces the choice of the axis.
+AffineMap scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up = {});
 
 /// Surveys a scene.
 ///

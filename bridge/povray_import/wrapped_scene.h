@@ -39,7 +39,7 @@ struct UnusedStatement {
 /// HF_F         a file handle, open for writing in a survey.
 ///
 /// `hf_prelude.inc` declares them. It is included at the beginning, behind a leading `#version`, and
-/// `hf_suffix.inc` at the end. Both are written by whoever runs the scene.
+/// `hf_suffix.inc` at the end. SceneQueries writes both.
 struct WrappedScene {
     struct File {
         std::string name, text;
