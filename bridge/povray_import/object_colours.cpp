@@ -239,7 +239,7 @@ bool is_in_picture(const SurveyedCamera& camera, const Vec3d& point) {
 void divide_edges(ObjectSurface& surface, const std::optional<SurveyedCamera>& camera, double smallest) {
     constexpr float least_difference = 0.08f;
     // On surfaces with several colours, long edges may hide others between their ends.
-    constexpr double longest = 20;
+    constexpr double longest = 8;
     Rgb least(1e9f), most(-1e9f);
     for (const Rgb& colour : surface.colours)
         for (int c = 0; c < 3; ++c) {
@@ -345,7 +345,7 @@ Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRe
                              std::vector<ObjectSurface>& surfaces,
                              const std::optional<SurveyedCamera>& camera, double smallest, int levels,
                              const Progress& progress) {
-    constexpr std::size_t most_vertices = 300000;
+    constexpr std::size_t most_vertices = 150000;
     const ObjectLattice lattice(requests, surfaces);
     for (int level = 0; level < levels; ++level) {
         std::vector<std::size_t> first;

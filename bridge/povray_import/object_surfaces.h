@@ -59,7 +59,7 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 ///
 /// camera    edges outside its picture, or that appear shorter than `smallest` [rad], are not divided; none: all
 ///           edges are.
-/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 300,000 vertices in all.
+/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 150,000 vertices in all.
 /// errors    those of SceneQueries::answer.
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                              std::vector<ObjectSurface>& surfaces,
