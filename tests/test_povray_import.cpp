@@ -1,11 +1,15 @@
 #include "bridge/povray_import/dual_contour.h"
 #include "bridge/povray_import/imported_scene.h"
+#include "bridge/povray_import/light_probe.h"
 #include "bridge/povray_import/object_surfaces.h"
 #include "fields/base/names.h"
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
+#include "scenes/scene_reader.h"
+#include "scenes/scene_writer.h"
+#include "shading/scene/environment.h"
 
 #include <gtest/gtest.h>
 
@@ -193,6 +197,20 @@ TEST_F(PovrayImportTest, ObjectsBecomeMeshesWithColoursAndFinishes) {
                                      [](std::uint8_t open) { return open != 0; }));
 }
 
+TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndVertexColours) {
+    const Scene& scene = imported().scene;
+    const std::filesystem::path folder = scene.entities.front().mesh.parent_path(),
+                                file = folder / "kept.toml";
+    ASSERT_TRUE(write_file(file, scene_text(scene, folder)));
+    const Result<Scene> read = read_scene(file);
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_LT((read->camera.position - scene.camera.position).length(), 1e-4f);
+    for (const auto& [name, material] : scene.materials) {
+        EXPECT_TRUE(read->materials.at(name).vertex_colours) << name;
+        EXPECT_NEAR(read->materials.at(name).diffuse.x, material.diffuse.x, 1e-6) << name;
+    }
+}
+
 TEST_F(PovrayImportTest, PicturesAreNotMirrored) {
     const Scene& scene = imported().scene;
     EXPECT_FALSE(scene.finds_camera);
@@ -235,6 +253,47 @@ TEST(PovrayImport, ImportsADeclaredObjectOfAnInclude) {
     EXPECT_TRUE(imported->scene.finds_camera);
     options.queries.wrap.object = "Missing";
     EXPECT_FALSE(imported_povray_scene(file, file.parent_path() / "out", "Missing", options));
+}
+
+TEST(LightProbe, HasSkyObjectsAndTheIrradianceOfLights) {
+    const std::filesystem::path file = written_scene(
+        "povray_probe",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+        "background{rgb <.1,.2,.4>}\n#declare Ball=sphere{<5,0,0>,1 pigment{rgb <0,.5,0>} finish{emission 1 "
+        "ambient 0 "
+        "diffuse 0}}\nobject{Ball}\nbox{-.1,.1 pigment{rgb 1}}\nlight_source{<60,50,80> rgb 2}\n");
+    LightProbe probe;
+    probe.width = 256;
+    probe.without = {"box"};
+    const Result<ProbedLight> probed = probed_light(file, probe);
+    ASSERT_TRUE(probed) << probed.error().message();
+    EXPECT_EQ(probed->lights, 1u);
+    const Image& light = probed->light;
+    ASSERT_EQ(light.width, 256);
+    ASSERT_EQ(light.height, 128);
+    const auto pixel_at = [&](double x, double y, double z) {
+        for (int row = 0; row < light.height; ++row)
+            for (int column = 0; column < light.width; ++column) {
+                const Vec3d d = lat_long_direction((column + 0.5) / light.width, (row + 0.5) / light.height);
+                if (d.dot(Vec3d(x, y, z)) > 0.9997)
+                    return light.pixels[std::size_t(row * light.width + column)];
+            }
+        return Rgb(-1.0f);
+    };
+    EXPECT_NEAR(pixel_at(1, 0, 0).y, 0.5, 1e-3);
+    EXPECT_NEAR(pixel_at(-1, 0, 0).y, 0.2, 1e-3);
+    EXPECT_NEAR(pixel_at(0, 0, 1).z, 0.4, 1e-3);
+    double irradiance = 0;
+    for (int row = 0; row < light.height; ++row)
+        for (int column = 0; column < light.width; ++column) {
+            const Vec3d d = lat_long_direction((column + 0.5) / light.width, (row + 0.5) / light.height);
+            const float red = light.pixels[std::size_t(row * light.width + column)].x;
+            if (red > 1)
+                irradiance += double(red) * lat_long_pixel_solid_angle(row, light.width, light.height);
+        }
+    EXPECT_NEAR(irradiance, 2 * pi, 0.1 * 2 * pi);  // A disc of few pixels.
+    probe.without = {"Missing"};
+    EXPECT_FALSE(probed_light(file, probe));
 }
 
 TEST(ObjectSurfaces, SlowObjectsAreLeftOutAndOthersKept) {
