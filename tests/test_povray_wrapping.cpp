@@ -124,6 +124,23 @@ TEST(WrappedScene, FollowsIncludesWithLiteralNames) {
     EXPECT_NE(scene->files[0].text.find("missing.inc"), std::string::npos);
 }
 
+TEST(WrappedScene, ReadsNoIncludesOutsideTheFolderOfTheScene) {
+    const std::filesystem::path file = written_scene("outside", "");
+    const std::filesystem::path folder = file.parent_path() / "scenes", scene = folder / "scene.pov";
+    std::filesystem::create_directories(folder);
+    ASSERT_TRUE(write_file(file.parent_path() / "other.inc", "sphere{0,1}"));
+    ASSERT_TRUE(write_file(folder / "near.inc", "sphere{0,1}"));
+    std::filesystem::create_symlink(file.parent_path() / "other.inc", folder / "link.inc");
+    ASSERT_TRUE(
+        write_file(scene, fmt::format("#include \"../other.inc\"\n#include \"{}\"\n#include \"link.inc\"\n"
+                                      "#include \"near.inc\"\n",
+                                      (file.parent_path() / "other.inc").string())));
+    const Result<WrappedScene> wrapped = wrapped_scene(scene);
+    ASSERT_TRUE(wrapped) << wrapped.error().message();
+    EXPECT_EQ(wrapped->files.size(), 2u);
+    EXPECT_EQ(wrapped->statements.size(), 1u);
+}
+
 TEST(WrappedScene, NamesWhatIsLeftOutWithItsLine) {
     const WrappedScene scene = wrapped("sphere{0,1\ninterior{media{}}\nfinish{subsurface{1}}}\n");
     ASSERT_EQ(scene.unused.size(), 3u);
@@ -207,8 +224,8 @@ TEST(SceneQueries, SandboxedScenesWriteNothingElsewhereAndReadNoOtherFolder) {
     ASSERT_TRUE(write_file(other / "secret.inc", "#declare Secret=1;"));
     for (const std::string& statement :
          {fmt::format("#fopen F \"{}\" write\n#write(F,\"1\")\n#fclose F\n", target.string()),
-          fmt::format("#include \"{}\"\n", (other / "secret.inc").string() + "\" + \"").substr(0, 0) +
-              fmt::format("#include concat(\"{}\",\"\")\n", (other / "secret.inc").string())}) {
+          fmt::format("#include concat(\"{}\",\"\")\n", (other / "secret.inc").string()),
+          fmt::format("#include \"{}\"\n", (other / "secret.inc").string())}) {
         const Result<SceneQueries> queries =
             SceneQueries::create(written_scene("sandboxed", "#version 3.7;\n" + statement), {});
         ASSERT_TRUE(queries) << queries.error().message();

@@ -39,8 +39,8 @@ Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
     return Done{};
 }
 
-/// Returns true if POV-Ray must evaluate a file: it is a scene in POV-Ray's language, but not one of meshes in plain
-/// data.
+/// Returns true if POV-Ray must evaluate a file: it is a scene in POV-Ray's language, but not one of meshes
+/// in plain data.
 Result<bool> needs_povray(const std::filesystem::path& file, const std::string& object) {
     if (!object.empty()) return true;
     if (lower_ending(file) != ".pov") return false;

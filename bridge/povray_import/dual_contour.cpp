@@ -263,13 +263,13 @@ private:
         return result;
     }
 
-    /// Connects the crossed edges of one face of a cell. Where four edges are crossed, separates the two corners
-    /// that are inside.
+    /// Connects the crossed edges of one face of a cell. Where four edges are crossed, separates the two
+    /// corners that are inside.
     void join_on_face(const Place& cell, int axis, int side, bool sheets,
                       const std::array<const EdgeCrossing*, 12>& crossed, std::array<int, 12>& parent) const {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        // Edges along u at v = 0 and 1, then edges along v at u = 0 and 1. An edge along a has its offsets along
-        // a + 1 in bit 0 and along a + 2 in bit 1.
+        // Edges along u at v = 0 and 1, then edges along v at u = 0 and 1. An edge along a has its offsets
+        // along a + 1 in bit 0 and along a + 2 in bit 1.
         const auto along_u = [&](int at_v) { return 4 * u + at_v + 2 * side; };
         const auto along_v = [&](int at_u) { return 4 * v + side + 2 * at_u; };
         const std::array<int, 4> edges{along_u(0), along_v(1), along_u(1), along_v(0)};
@@ -320,7 +320,8 @@ private:
                 const std::int32_t group = cell.group_of_edge[std::size_t(number)];
                 corners[c] = vertex(point_index(place), std::size_t(group), cell, crossing, sheets);
             }
-            // Counter-clockwise around +axis: the front faces +axis, where the outside is if the end is outside.
+            // Counter-clockwise around +axis: the front faces +axis, where the outside is if the end is
+            // outside.
             const bool is_turned = sheets ? crossing.normal[edge.axis] < 0 : edge.after;
             if (is_turned) std::swap(corners[1], corners[3]);
             add_quad(corners, crossing.normal);

@@ -18,7 +18,8 @@ struct LineCrossing {
     bool is_solid() const { return inside_before != inside_after; }  ///< True at the boundary of a solid.
 };
 
-/// A grid of cubic cells with the crossings of all its lines. Points have integer coordinates from 0 to `cells`.
+/// A grid of cubic cells with the crossings of all its lines. Points have integer coordinates from 0 to
+/// `cells`.
 struct CrossedGrid {
     std::array<int, 3> cells{1, 1, 1};
     /// By axis, then by line: the line through the point whose other two coordinates are i (of the next axis,
@@ -44,17 +45,17 @@ struct ContouredMesh {
     std::size_t missed_edges = 0;     ///< Grid edges whose ends differ, but without a crossing.
 };
 
-/// Returns the surface: one vertex for each piece of it in each cell, at the point that best satisfies the planes
-/// of the crossings on the cell's edges. Sharp edges and corners are kept.
+/// Returns the surface: one vertex for each piece of it in each cell, at the point that best satisfies the
+/// planes of the crossings on the cell's edges. Sharp edges and corners are kept.
 ///
-/// Solids give closed meshes, except where they leave the grid: each point of the grid is inside or outside by the
-/// majority of its three lines. Crossings with the same state on both sides give sheets if they are outside, and
-/// nothing if they are inside.
+/// Solids give closed meshes, except where they leave the grid: each point of the grid is inside or outside
+/// by the majority of its three lines. Crossings with the same state on both sides give sheets if they are
+/// outside, and nothing if they are inside.
 ///
 /// accuracy  smooth surfaces: quadratic in the size of a cell.
 /// cost      2 us per cell that the surface crosses, and 10 ns per cell.
-/// source    Ju, Losasso, Schaefer and Warren 2002, Dual Contouring of Hermite Data; one vertex per piece as in
-///           Schaefer, Ju and Warren 2007, Manifold Dual Contouring.
+/// source    Ju, Losasso, Schaefer and Warren 2002, Dual Contouring of Hermite Data; one vertex per piece as
+///           in Schaefer, Ju and Warren 2007, Manifold Dual Contouring.
 ContouredMesh dual_contour(const CrossedGrid& grid);
 
 }  // namespace haarfield

@@ -35,12 +35,13 @@ struct ImportedPovrayScene {
 
 /// Imports a scene that POV-Ray evaluates: macros, loops and all kinds of objects.
 ///
-/// Objects become meshes with the pigment as vertex colours and the finish as material. Objects that a loop creates
-/// in large numbers become one mesh per statement. Infinite objects are cut at thirty times the distance
-/// of the finite ones as seen from the camera; beyond, they are part of the environment. So are objects ten times
-/// as far away as all nearer ones, background, sky_sphere and fog.
+/// Objects become meshes with the pigment as vertex colours and the finish as material. Objects that a loop
+/// creates in large numbers become one mesh per statement. Infinite objects are cut at thirty times the
+/// distance of the finite ones as seen from the camera; beyond, they are part of the environment. So are
+/// objects ten times as far away as all nearer ones, background, sky_sphere and fog.
 ///
-/// Left-handed coordinates become right-handed, so that pictures are not mirrored. An upward z axis becomes y.
+/// Left-handed coordinates become right-handed, so that pictures are not mirrored. An upward z axis becomes
+/// y.
 ///
 /// name    names of files begin with it.
 /// writes  `NAME_OBJECT.ply` for each entity and `NAME_environment.exr` in `folder`.

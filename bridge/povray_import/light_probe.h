@@ -12,8 +12,8 @@ namespace haarfield {
 /// place      in the file's coordinates.
 /// frame      scene_frame of the file.
 /// width      even; twice the height. [pixels]
-/// is_legacy  the picture is decoded from what POV-Ray displays, because the scene has no linear light. Radiance is
-///            then at most 1.
+/// is_legacy  the picture is decoded from what POV-Ray displays, because the scene has no linear light.
+///            Radiance is then at most 1.
 /// errors     those of SceneQueries::answer.
 /// cost       one run of POV-Ray.
 Result<Image> rendered_light(const SceneQueries& queries, SceneQuery query, const Vec3d& place,
@@ -35,8 +35,9 @@ struct ProbedLight {
     std::size_t lights = 0;  ///< Number of the file's lights that are in the image.
 };
 
-/// Renders the light at a place: the scene as POV-Ray shows it, with radiosity and media if the file has them. Lights
-/// are discs with an angular radius of one degree and their irradiance at the place, where nothing occludes them.
+/// Renders the light at a place: the scene as POV-Ray shows it, with radiosity and media if the file has
+/// them. Lights are discs with an angular radius of one degree and their irradiance at the place, where
+/// nothing occludes them.
 ///
 /// errors  those of SceneQueries; a name in `without` that the scene does not have.
 /// cost    four runs of POV-Ray.

@@ -116,8 +116,8 @@ private:
 
 constexpr double start_distance = 0.1;  // Of rays from the surface. [cells]
 
-/// Returns points near the vertices, in local coordinates. Vertices on sharp edges are moved into their face, where a
-/// ray cannot miss the surface.
+/// Returns points near the vertices, in local coordinates. Vertices on sharp edges are moved into their face,
+/// where a ray cannot miss the surface.
 std::vector<Vec3d> points_in_faces(const GridFrame& frame, const ObjectSurface& surface) {
     constexpr double inwards = 0.15;  // Of the way to the middle of the triangles around.
     std::vector<Vec3d> points, sums(surface.positions.size(), Vec3d(0, 0, 0));

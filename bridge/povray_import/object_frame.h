@@ -5,9 +5,9 @@
 
 namespace haarfield {
 
-/// Three coordinate systems: the scene's; an object's local ones, in which POV-Ray traces it; and the grid's, in which
-/// cells are cubes of side 1, from 0 to `cells`. Local and grid coordinates are equal, except for objects that are
-/// cut: their cells grow with the distance from the centre.
+/// Three coordinate systems: the scene's; an object's local ones, in which POV-Ray traces it; and the grid's,
+/// in which cells are cubes of side 1, from 0 to `cells`. Local and grid coordinates are equal, except for
+/// objects that are cut: their cells grow with the distance from the centre.
 struct GridFrame {
     std::array<int, 3> cells{1, 1, 1};
     Vec3d centre{0, 0, 0};  ///< In the scene; becomes `shift` in local coordinates.

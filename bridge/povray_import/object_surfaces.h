@@ -38,7 +38,8 @@ struct ObjectSurfaces {
 /// The cells are cubes, except that thin objects have at least eight cells in each direction.
 ///
 /// requests        sorted by object, without duplicates.
-/// object_seconds  time limit for each object. [s] After an object exceeds it, POV-Ray parses the scene again.
+/// object_seconds  time limit for each object. [s] After an object exceeds it, POV-Ray parses the scene
+///                 again.
 /// errors          those of SceneQueries::answer.
 /// cost            10 us of processor time per crossing: 0.6 s for a mug and 96 cells; slow objects more.
 Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
@@ -46,20 +47,21 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 
 /// Measures the pigments at the vertices, as POV-Ray shows them without lights, and the transmittance.
 ///
-/// accuracy  8e-6 for the pigment at a point; a point within 0.1 cells of another surface of its object may get
-///           that surface's pigment.
+/// accuracy  8e-6 for the pigment at a point; a point within 0.1 cells of another surface of its object may
+///           get that surface's pigment.
 /// errors    those of SceneQueries::answer.
 /// cost      two runs of POV-Ray and 2 us per vertex.
 /// source    a mesh_camera with one triangle for each ray.
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});
 
-/// Divides triangles whose pigment varies, and measures the pigments at the new vertices: edges whose ends differ are
-/// bisected, up to `levels` times.
+/// Divides triangles whose pigment varies, and measures the pigments at the new vertices: edges whose ends
+/// differ are bisected, up to `levels` times.
 ///
-/// camera    edges outside its picture, or that appear shorter than `smallest` [rad], are not divided; none: all
-///           edges are.
-/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 150,000 vertices in all.
+/// camera    edges outside its picture, or that appear shorter than `smallest` [rad], are not divided; none:
+///           all edges are.
+/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 150,000 vertices in
+///           all.
 /// errors    those of SceneQueries::answer.
 Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                              std::vector<ObjectSurface>& surfaces,

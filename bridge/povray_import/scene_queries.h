@@ -30,8 +30,8 @@ struct SceneQuery {
     int width = 1, height = 1;  ///< Of the picture. [pixels]
     bool is_linear = false;     ///< The picture is linear, else decoded from what POV-Ray displays.
     std::vector<std::string> arguments{};  ///< Further arguments of POV-Ray.
-    /// Ends POV-Ray when it works longer on one object. POV-Ray announces each object by `#debug "HF_OBJECT k\n"`.
-    /// [s] 0: no limit.
+    /// Ends POV-Ray when it works longer on one object. POV-Ray announces each object by `#debug "HF_OBJECT
+    /// k\n"`. [s] 0: no limit.
     double object_seconds = 0;
 };
 
@@ -44,8 +44,9 @@ struct SceneAnswer {
 /// A rewritten scene in a scratch folder, where POV-Ray runs.
 ///
 /// POV-Ray runs in bubblewrap if that works here, else under Landlock. It can read its own installation, the
-/// scene's folder, and folders of WrapOptions::library. It can write only to the scratch folder and has no network.
-/// Memory, processor time and the size of files are limited. The destructor removes the scratch folder.
+/// scene's folder, and folders of WrapOptions::library. It can write only to the scratch folder and has no
+/// network. Memory, processor time and the size of files are limited. The destructor removes the scratch
+/// folder.
 class SceneQueries {
 public:
     /// Rewrites a scene.

@@ -29,8 +29,8 @@ bool read_numbers(std::string_view text, std::array<double, count>& numbers) {
     return true;
 }
 
-/// Solves m x = b for a symmetric matrix with an eigenvalue near zero: returns the eigenvector of the smallest
-/// eigenvalue of an n x n matrix, by Jacobi's rotations.
+/// Solves m x = b for a symmetric matrix with an eigenvalue near zero: returns the eigenvector of the
+/// smallest eigenvalue of an n x n matrix, by Jacobi's rotations.
 template <std::size_t n>
 std::array<double, n> smallest_eigenvector(std::array<std::array<double, n>, n> m) {
     std::array<std::array<double, n>, n> vectors{};

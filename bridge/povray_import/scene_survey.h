@@ -38,8 +38,9 @@ struct SceneSurvey {
     std::optional<SurveyedCamera> camera;
 };
 
-/// Returns the rotation or reflection from a file's coordinates to a right-handed frame with y up. Left-handed
-/// coordinates are mirrored along the depth. The upward axis is y, or z if only that agrees with an upright camera.
+/// Returns the rotation or reflection from a file's coordinates to a right-handed frame with y up.
+/// Left-handed coordinates are mirrored along the depth. The upward axis is y, or z if only that agrees with
+/// an upright camera.
 ///
 /// z_up  replaces the choice of the axis.
 AffineMap scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up = {});

@@ -151,16 +151,19 @@ private:
         }
     }
 
-    /// Finds an included file: in the scene's folder, then in the library.
+    /// Finds an included file in or below the scene's folder, then in the library.
     std::optional<std::filesystem::path> found_include(std::string_view name) const {
         std::error_code ignored;
         const std::filesystem::path wanted(name);
-        if (wanted.is_absolute())
-            return std::filesystem::is_regular_file(wanted, ignored) ? std::optional(wanted) : std::nullopt;
         std::vector<std::filesystem::path> folders{std::filesystem::absolute(scene_).parent_path()};
         folders.insert(folders.end(), options_.library.begin(), options_.library.end());
-        for (const std::filesystem::path& folder : folders)
-            if (std::filesystem::is_regular_file(folder / wanted, ignored)) return folder / wanted;
+        for (const std::filesystem::path& folder : folders) {
+            const std::filesystem::path file = std::filesystem::weakly_canonical(folder / wanted, ignored),
+                                        top = std::filesystem::weakly_canonical(folder, ignored);
+            // An untrusted scene must not read files elsewhere.
+            const auto [end, other] = std::mismatch(top.begin(), top.end(), file.begin(), file.end());
+            if (end == top.end() && std::filesystem::is_regular_file(file, ignored)) return file;
+        }
         return std::nullopt;
     }
 

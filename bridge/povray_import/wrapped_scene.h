@@ -34,8 +34,8 @@ struct UnusedStatement {
 /// HF_Light(id) a macro that is called before the lines of each light are written, in a survey.
 /// HF_Survey, HF_Lights, HF_Sky, HF_Camera, HF_Settings, HF_Extras
 ///              numbers that switch parts of the scene on (1) or off (0): the evaluation of lights and camera
-///              positions; lights; background, sky_sphere, fog and rainbow; cameras; global_settings; interiors, media, photons
-///              and radiosity.
+///              positions; lights; background, sky_sphere, fog and rainbow; cameras; global_settings;
+///              interiors, media, photons and radiosity.
 /// HF_F         a file handle, open for writing in a survey.
 ///
 /// `hf_prelude.inc` declares them. It is included at the beginning, behind a leading `#version`, and
@@ -63,9 +63,9 @@ struct WrapOptions {
 
 /// Rewrites a scene. The text is not evaluated: macros, loops and conditions work because POV-Ray runs them.
 ///
-/// At the top level, an object `sphere {...}` becomes `#declare HF_A[HF_N]=sphere {...} HF_Put(id)`. The call of
-/// a macro becomes a union. Statements that POV-Ray forbids in a union, such as `camera`, leave the union if they
-/// are at the top level of a macro. Included files with literal names are rewritten as well.
+/// At the top level, an object `sphere {...}` becomes `#declare HF_A[HF_N]=sphere {...} HF_Put(id)`. The call
+/// of a macro becomes a union. Statements that POV-Ray forbids in a union, such as `camera`, leave the union
+/// if they are at the top level of a macro. Included files with literal names are rewritten as well.
 ///
 /// errors  as InputFile::open; unterminated comments and strings (with the line); files of more than 64 MB;
 ///         more than 1000 included files. Other faults of the scene are left to POV-Ray.

@@ -20,8 +20,9 @@ struct ChildLimits {
     double processor_seconds = 600;                     ///< Processor time of all its threads. [s]
 };
 
-/// The restrictions of one child process: its files by Landlock, its resources by limits. The network is closed
-/// if the kernel's Landlock can do so (version 4). ChildProcess::start applies them before the program runs.
+/// The restrictions of one child process: its files by Landlock, its resources by limits. The network is
+/// closed if the kernel's Landlock can do so (version 4). ChildProcess::start applies them before the program
+/// runs.
 class ChildSandbox {
 public:
     /// Prepares a sandbox. Paths that do not exist are left out.

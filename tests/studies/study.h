@@ -55,8 +55,8 @@ void study_relight(const std::string& file, std::size_t vertices, const std::str
 /// tests/python/frame_times.py does the same in Python, alternately.
 void study_session(const std::string& file, std::size_t frames);
 
-/// Imports POV-Ray scenes and prints, for each, whether its rewritten text gives the same picture, the fraction of
-/// pixels whose silhouettes differ, and the PSNR of unlit pictures.
+/// Imports POV-Ray scenes and prints, for each, whether its rewritten text gives the same picture, the
+/// fraction of pixels whose silhouettes differ, and the PSNR of unlit pictures.
 ///
 /// detail  as PovrayImport::detail.
 void study_povray(const std::vector<std::string>& files, int detail);
