@@ -197,6 +197,12 @@ TEST_F(PovrayImportTest, ObjectsBecomeMeshesWithColoursAndFinishes) {
                                      [](std::uint8_t open) { return open != 0; }));
 }
 
+TEST_F(PovrayImportTest, MeshesWithDividedTrianglesAreClosed) {
+    const ImportedMesh box = mesh_of("box");
+    EXPECT_TRUE(std::ranges::none_of(triangles_of_open_pieces(box.mesh),
+                                     [](std::uint8_t open) { return open != 0; }));
+}
+
 TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndVertexColours) {
     const Scene& scene = imported().scene;
     const std::filesystem::path folder = scene.entities.front().mesh.parent_path(),

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "bridge/povray_import/object_frame.h"
 
@@ -251,22 +252,38 @@ void divide_edges(ObjectSurface& surface, const std::optional<SurveyedCamera>& c
                least_difference;
     };
     const bool is_coloured = differ(least, most);
+    if (!is_coloured) return;
+    const auto is_divided = [&](std::uint32_t a, std::uint32_t b) {
+        if (!camera) return differ(surface.colours[a], surface.colours[b]);
+        const Vec3f p = surface.positions[a], q = surface.positions[b];
+        const Vec3d centre((p + q) * 0.5f);
+        if (!is_in_picture(*camera, centre)) return false;
+        const double apparent = double((p - q).length()) / (centre - camera->position).length();
+        return apparent > (differ(surface.colours[a], surface.colours[b]) ? 1 : longest) * smallest;
+    };
+    // Both sides of a sharp edge are divided, or none. Otherwise the mesh would be open there.
+    std::map<std::array<float, 3>, std::uint32_t> places;
+    std::vector<std::uint32_t> place_of;
+    for (const Vec3f& p : surface.positions)
+        place_of.push_back(
+            places.emplace(std::array{p.x, p.y, p.z}, static_cast<std::uint32_t>(places.size()))
+                .first->second);
+    const auto between = [&](std::uint32_t a, std::uint32_t b) {
+        return std::minmax({place_of[a], place_of[b]});
+    };
+    std::set<std::pair<std::uint32_t, std::uint32_t>> wanted;
+    for (const auto& triangle : surface.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (is_divided(triangle[k], triangle[(k + 1) % 3]))
+                wanted.insert(between(triangle[k], triangle[(k + 1) % 3]));
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
         const std::pair key(std::min(a, b), std::max(a, b));
         if (const auto found = middles.find(key); found != middles.end()) return found->second;
-        if (!is_coloured) return std::nullopt;
-        const Vec3f p = surface.positions[a], q = surface.positions[b];
-        const Vec3f centre = (p + q) * 0.5f;
-        if (camera && !is_in_picture(*camera, Vec3d(centre))) return std::nullopt;
-        const Vec3d eye = camera ? camera->position : Vec3d(0, 0, 0);
-        const double apparent =
-            camera ? double((p - q).length()) / (Vec3d(centre) - eye).length() : 2 * smallest;
-        if (!(apparent > (differ(surface.colours[a], surface.colours[b]) ? 1 : longest) * smallest))
-            return std::nullopt;
+        if (!wanted.contains(between(a, b))) return std::nullopt;
         const Vec3f normal = surface.normals[a] + surface.normals[b];
         const auto vertex = static_cast<std::uint32_t>(surface.positions.size());
-        surface.positions.push_back(centre);
+        surface.positions.push_back((surface.positions[a] + surface.positions[b]) * 0.5f);
         surface.normals.push_back(normal.length() > 0.01f ? normal.normalized() : surface.normals[a]);
         middles.emplace(key, vertex);
         return vertex;
