@@ -202,7 +202,7 @@ struct NumberOption {
 std::vector<NumberOption> number_options(const std::string& help) {
     const std::set<std::string> texts{"DIR",     "FILE",     "FILE.json", "FILE.mp4", "TEXT",
                                       "A,B,...", "INSTANCE", "TIME",      "SIZE",     "PLAN",
-                                      "SET",     "ADDRESS",  "LINE"};
+                                      "SET",     "ADDRESS",  "LINE",      "NAME"};
     const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
     std::vector<NumberOption> options;
     for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)
@@ -249,6 +249,7 @@ TEST_F(Commands, EveryNumberIsRefusedUnlessItIsInItsRange) {
             const auto run_with = [&](const std::string& value) {
                 std::vector<std::string> all = arguments;
                 if (command == "work") all.push_back("--task=0");
+                if (command == "probe" && option.name != "--at") all.push_back("--at=0,0,0");
                 if (option.name == "--batch-tasks") all.push_back("--batches=1");
                 all.push_back(option.name + "=" +
                               (option.is_list() && option.wanted.starts_with("in ") ? "1,1," : "") + value);

@@ -302,6 +302,11 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--verify", {"library", "status"}},
         {"--instructions", {"plan"}},
         {"--povray-patience", {"bake", "reference"}},
+        {"--detail", {"import"}},
+        {"--object", {"import"}},
+        {"--object-seconds", {"import"}},
+        {"--at", {"probe"}},
+        {"--without", {"probe"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;
     for (const std::string& command : all) help[command] = help_of(command);

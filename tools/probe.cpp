@@ -21,10 +21,7 @@ struct ProbeOptions {
 
 Result<ExitCode> run(const ProbeOptions& options, CommandContext& context) {
     LightProbe probe;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!std::isfinite(options.at[axis])) return Error{"--at", "expected three finite numbers"};
-        probe.place[int(axis)] = options.at[axis];
-    }
+    probe.place = {options.at[0], options.at[1], options.at[2]};
     probe.without = options.without;
     probe.width = 2 * (options.width / 2);
     probe.queries.program = options.povray;
@@ -47,7 +44,7 @@ Command probe_command(CLI::App& program) {
     const auto options = std::make_shared<ProbeOptions>();
     app->add_option("SCENE", options->file, "POV-Ray scene (.pov)")->required()->type_name("");
     app->add_option("-o,--output", options->output, "Lat-long image (.exr)")->required()->type_name("FILE");
-    app->add_option("--at", options->at, "The place, in the scene's coordinates")
+    add_number(*app, "--at", options->at, "The place, in the scene's coordinates", {-1e7, 1e7})
         ->required()
         ->delimiter(',')
         ->expected(3)
