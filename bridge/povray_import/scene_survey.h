@@ -12,10 +12,12 @@ struct SurveyedObject {
     std::size_t statement = 0;             ///< Index in WrappedScene::statements.
     Vec3d lower{0, 0, 0}, upper{0, 0, 0};  ///< Its box, in the scene's coordinates. Infinite: beyond 1e6.
 
+    /// Returns the longest side of the box.
     double longest_side() const {
         const Vec3d size = upper - lower;
         return std::max({size.x, size.y, size.z});
     }
+    /// Returns true for an object without surface.
     bool is_empty() const { return !(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z); }
     bool is_infinite() const { return longest_side() > 1e6; }  ///< A plane, for example.
 };

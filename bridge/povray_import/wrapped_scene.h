@@ -41,6 +41,7 @@ struct UnusedStatement {
 /// `hf_prelude.inc` declares them. It is included at the beginning, behind a leading `#version`, and
 /// `hf_suffix.inc` at the end. SceneQueries writes both.
 struct WrappedScene {
+    /// A rewritten file.
     struct File {
         std::string name, text;
         std::string emissive_text;  ///< With finishes that emit the pigment, and nothing else.
