@@ -209,6 +209,9 @@ TEST(FieldGrids, ChangedGridsAreRefusedByName) {
             }
         });
     }
+    for (const auto& grid : grids_of(file))
+        expect_refused(folder, {grid}, grid->getName() == "cubemaps" ? "faces" : "cubemaps",
+                       grid->getName() + " alone");
     GridPtrVec grids = grids_of(file);
     grids.push_back(Int32Grid::create());
     grids.back()->setName("surplus");

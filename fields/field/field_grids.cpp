@@ -450,7 +450,11 @@ private:
 
     Result<Done> check_version() {
         constexpr const char* old_pool = "quadtree_pool";  // of versions up to 6
-        for (const char* name : {cubemap_grid, planar_grid, old_pool}) {
+        // Any grid identifies a field, so that the error for a field without its other grids names one of them.
+        for (const std::string& name :
+             {std::string(cubemap_grid), std::string(planar_grid), std::string(old_pool),
+              std::string(face_grid), std::string(spherical_grid), std::string(local_grid), node_grid(0),
+              std::string(ambient_grid), std::string(direction_grid)}) {
             const std::size_t i = input_.find(name);
             if (i == input_.grid_count()) continue;
             const auto version = input_.head(i)->getMetadata<vdb::Int32Metadata>(version_name);
