@@ -10,7 +10,7 @@ failed=0
 fail() { echo "$1" >&2; failed=1; }
 
 dpkg -x "$package" "$root"
-for file in bin/haarfield bin/haarfield-reader share/man/man1/haarfield.1 share/bash-completion/completions/haarfield \
+for file in bin/haarfield bin/haarfield-reader bin/haarfield-image-reader share/man/man1/haarfield.1 share/bash-completion/completions/haarfield \
     share/doc/haarfield/copyright share/doc/haarfield/CHANGELOG.md share/haarfield/haarfield_addon.zip \
     share/haarfield/scenes/single_chair.toml include/haarfield/bridge/bridge.h; do
     [[ -s $root/usr/$file ]] || fail "found no /usr/$file"
@@ -22,7 +22,8 @@ done
 
 depends=" $(dpkg-deb --field "$package" Depends | sed 's/([^)]*)//g; s/[,|]/ /g') "
 module=$(compgen -G "$root/usr/lib/python3/dist-packages/haarfield/_haarfield*.so")
-for file in "$root/usr/bin/haarfield" "$root/usr/bin/haarfield-reader" "$module"; do
+for file in "$root/usr/bin/haarfield" "$root/usr/bin/haarfield-reader" \
+    "$root/usr/bin/haarfield-image-reader" "$module"; do
     for library in $(objdump -p "$file" | awk '/NEEDED/ { print $2 }'); do
         path=$(ldd "$file" | awk -v name="$library" '$1 == name { print $3 } $1 ~ "/" name "$" { print $1 }')
         [[ $path ]] || { fail "$file: found no $library"; continue; }

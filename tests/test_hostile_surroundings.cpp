@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "scenes/image.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
@@ -61,6 +62,18 @@ TEST_F(HostileSurroundings, UntrustedFilesAreRefusedWithoutASandboxUnlessAllowed
     EXPECT_NE(messages().find("--unsandboxed"), std::string::npos) << messages();
     EXPECT_EQ(run("HAARFIELD_READER= $H info --unsandboxed box.obj > /dev/null"), 0) << messages();
     EXPECT_EQ(run("$H info box.obj > /dev/null"), 0) << messages();
+}
+
+TEST_F(HostileSurroundings, AnotherReaderProcessReadsImages) {
+    Image image{2, 2, std::vector<Rgb>(4, Rgb(1, 2, 3)), {}};
+    ASSERT_TRUE(write_image(image, folder / "in/a.exr"));
+    EXPECT_EQ(run("$H compare a.exr a.exr -o d > /dev/null"), 0) << messages();
+    std::filesystem::create_directory(folder / "alone");
+    EXPECT_EQ(run("cp ${H%/*}/haarfield-reader ../alone"), 0) << messages();
+    EXPECT_EQ(run("HAARFIELD_READER=../alone/haarfield-reader $H info box.obj > /dev/null"), 0) << messages();
+    EXPECT_EQ(run("HAARFIELD_READER=../alone/haarfield-reader $H compare a.exr a.exr -o d"), 1);
+    EXPECT_NE(messages().find("a.exr: no process could be started to read it"), std::string::npos)
+        << messages();
 }
 
 TEST_F(HostileSurroundings, NamesAreNeverPovrayStatementsOrPathsElsewhere) {

@@ -32,7 +32,7 @@ install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/
 
 install(TARGETS haarfield RUNTIME)
 if(TARGET haarfield-reader)
-    install(TARGETS haarfield-reader RUNTIME)
+    install(TARGETS haarfield-reader haarfield-image-reader RUNTIME)
 endif()
 install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)

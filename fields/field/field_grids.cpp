@@ -450,7 +450,7 @@ private:
 
     Result<Done> check_version() {
         constexpr const char* old_pool = "quadtree_pool";  // of versions up to 6
-        // Any grid identifies a field, so that the error for a field without its other grids names one of them.
+        // Any grid identifies a field, so that the error for a field without others names a missing one.
         for (const std::string& name :
              {std::string(cubemap_grid), std::string(planar_grid), std::string(old_pool),
               std::string(face_grid), std::string(spherical_grid), std::string(local_grid), node_grid(0),
@@ -613,6 +613,13 @@ private:
         return grid_error(name, "has more or fewer voxels than values");
     }
 
+    /// Tests whether the first voxels of a leaf are active.
+    static bool are_on(const vdb::Int32Tree::LeafNodeType& leaf, vdb::Index count) {
+        for (vdb::Index i = 0; i < count; ++i)
+            if (!leaf.isValueOn(i)) return false;
+        return true;
+    }
+
     Result<std::vector<std::int32_t>> linear_values(const std::string& name, std::uint64_t count) {
         using Leaf = vdb::Int32Tree::LeafNodeType;
         HF_TRY(const vdb::Int32Grid::Ptr grid, read<vdb::Int32Grid>(name));
@@ -623,8 +630,7 @@ private:
             const vdb::Coord origin = linear_voxel(first);
             const auto size = static_cast<vdb::Index>(std::min<std::uint64_t>(Leaf::SIZE, count - first));
             if (const Leaf* const leaf = accessor.probeConstLeaf(origin)) {
-                for (vdb::Index i = 0; i < size; ++i)
-                    if (!leaf->isValueOn(i)) return cropped(name);
+                if (size == Leaf::SIZE ? !leaf->isValueMaskOn() : !are_on(*leaf, size)) return cropped(name);
                 std::memcpy(&values[first], leaf->buffer().data(), size * sizeof values[0]);
             } else {  // a tile: other programs merge equal voxels
                 if (!accessor.isValueOn(origin)) return cropped(name);

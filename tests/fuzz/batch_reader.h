@@ -1,8 +1,8 @@
 #pragma once
 /// A process that reads many files with a reader task, for haarfield_fuzz.
 ///
-/// A reader process (fields/file/reader_process.h) starts a sandboxed worker per file, which takes longer than
-/// reading a small file. This one reads file after file without a sandbox, until a file crashes it.
+/// A reader process (fields/file/reader_process.h) starts a sandboxed worker per file, which takes longer
+/// than reading a small file. This one reads file after file without a sandbox, until a file crashes it.
 
 #include <filesystem>
 #include <string_view>

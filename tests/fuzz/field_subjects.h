@@ -9,8 +9,8 @@
 
 namespace haarfield {
 
-/// Lets a BatchReader parse field files, which is faster than the reader process of the program. Call it before
-/// this process starts threads.
+/// Lets a BatchReader parse field files, which is faster than the reader process of the program. Call it
+/// before this process starts threads.
 void read_fields_in_batches();
 
 /// Damaged field files: rejected, or read as one of the fields that were written.

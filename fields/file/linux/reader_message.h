@@ -26,7 +26,7 @@ inline constexpr std::size_t longest_details = 16384;  ///< [bytes]
 
 /// The reply of the reader process after a worker has ended.
 struct ReaderOutcome {
-    std::int32_t status = 0;   ///< Status of waitpid; -1: the worker could not be started.
+    std::int32_t status = 0;   ///< Status of waitpid; -1: no worker could be started.
     std::int32_t stalled = 0;  ///< 1 if it was killed because all its threads slept for a long time.
 };
 

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -23,7 +22,7 @@
 #include <mutex>
 #include <thread>
 
-#include "fields/file/linux/reader_message.h"
+#include "fields/file/linux/reader_channel.h"
 #include "fields/file/this_process.h"
 
 #if defined(__SANITIZE_THREAD__)
@@ -33,8 +32,6 @@
 #define HAARFIELD_THREAD_SANITIZER
 #endif
 #endif
-
-extern char** environ;
 
 namespace haarfield {
 namespace {
@@ -117,57 +114,8 @@ std::filesystem::path found_program(bool& is_named) {
     return {};
 }
 
-/// Starts `program` with one end of a socket as its descriptor 3. Returns the other end, or -1 and errno.
-int spawned(const std::filesystem::path& program) {
-    int ends[2];
-    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return -1;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    // Duplicated to another number, because dup2 onto the same number would leave close-on-exec set.
-    const int moved = fcntl(ends[1], F_DUPFD_CLOEXEC, 10);
-    posix_spawn_file_actions_adddup2(&actions, moved, 3);
-    posix_spawn_file_actions_addclosefrom_np(&actions, 4);
-    const std::string name = program.string();
-    char* const arguments[] = {const_cast<char*>(name.c_str()), nullptr};
-    pid_t id = -1;
-    const int failure =
-        moved < 0 ? errno : posix_spawn(&id, name.c_str(), &actions, nullptr, arguments, environ);
-    posix_spawn_file_actions_destroy(&actions);
-    ::close(ends[1]);
-    if (moved >= 0) ::close(moved);
-    if (failure == 0) return ends[0];
-    ::close(ends[0]);
-    errno = failure;
-    return -1;
-}
-
 int memory_file() {
     return memfd_create("haarfield", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-}
-
-/// Sends a request with its details and descriptors to the reader process.
-///
-/// errors  those of the system, with `where`.
-Result<Done> send(int socket, const ReaderRequest& head, std::string_view details,
-                  const std::array<int, 3>& descriptors, const std::string& where) {
-    iovec pieces[]{{const_cast<ReaderRequest*>(&head), sizeof head},
-                   {const_cast<char*>(details.data()), details.size()}};
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptors)] = {};
-    msghdr message{};
-    message.msg_iov = pieces;
-    message.msg_iovlen = 2;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    cmsghdr* const rights = CMSG_FIRSTHDR(&message);
-    rights->cmsg_level = SOL_SOCKET;
-    rights->cmsg_type = SCM_RIGHTS;
-    rights->cmsg_len = CMSG_LEN(sizeof descriptors);
-    std::memcpy(CMSG_DATA(rights), descriptors.data(), sizeof descriptors);
-    ssize_t sent = 0;
-    do sent = sendmsg(socket, &message, MSG_NOSIGNAL);
-    while (sent < 0 && errno == EINTR);
-    if (sent < 0) return system_error(where, "reach the reader process", errno);
-    return Done{};
 }
 
 /// Reads the outcome of a worker. False if the reader process itself has ended.
@@ -185,7 +133,7 @@ std::string failure_of(const ReaderOutcome& outcome, const ReaderLimits& limits)
         return fmt::format("took longer than {:.0f} s of processor time to read", limits.seconds);
     if (WIFEXITED(outcome.status) && WEXITSTATUS(outcome.status) == int(WorkerExit::unsandboxed))
         return fmt::format("its reader cannot be sandboxed on this system; {}", unsandboxed_remedy);
-    if (outcome.status == -1) return "there is no process to read it: the system has too many";
+    if (outcome.status == -1) return "no process could be started to read it";
     if (WIFSIGNALED(outcome.status))
         return fmt::format("its reader ended by signal {} ({}): the file is damaged",
                            WTERMSIG(outcome.status), strsignal(WTERMSIG(outcome.status)));
@@ -245,7 +193,7 @@ Result<bool> reads_apart() {
         made.looked_for = true;
         bool is_named = false;
         const std::filesystem::path program = found_program(is_named);
-        if (!program.empty()) made.socket = spawned(program);
+        if (!program.empty()) made.socket = spawned_reader(program);
         if (made.socket < 0 && is_named)
             made.failure =
                 fmt::format("cannot be run: {}; expected HAARFIELD_READER to name haarfield-reader",
@@ -277,7 +225,8 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
         return system_error(where, "allocate memory for its content", errno);
     const Descriptor told(ends[0]);
     Descriptor telling(ends[1]);
-    HF_TRY_DONE(send(connection().socket, head, details, {descriptor, answer.number, telling.number}, where));
+    if (!send_request(connection().socket, head, details, {descriptor, answer.number, telling.number}))
+        return system_error(where, "reach the reader process", errno);
     telling.close();
     ReaderOutcome outcome;
     if (!receive(told.number, outcome)) return Error{where, "the reader process has ended"};

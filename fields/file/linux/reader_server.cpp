@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -18,10 +19,12 @@
 #include <new>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "fields/file/linux/reader_message.h"
+#include "fields/file/linux/reader_channel.h"
 #include "fields/file/linux/reader_sandbox.h"
+#include "fields/file/reader_program.h"
 
 namespace haarfield {
 namespace {
@@ -209,6 +212,33 @@ bool is_asleep(Worker& worker) {
     return sleeps && !code && ticks == before;
 }
 
+/// The reader process for all other tasks.
+class OtherReader {
+public:
+    explicit OtherReader(const std::filesystem::path& program) : program_(program) {}
+
+    /// Passes a request on. Starts the program for the first request, and again if it has ended.
+    bool forward(const Request& request) {
+        for (int tries = 0; tries < 2; ++tries) {
+            if (socket_ < 0) socket_ = spawned_reader(program_);
+            if (socket_ < 0) return false;
+            if (send_request(socket_, request.head, request.details,
+                             {request.file, request.answer, request.outcome}))
+                return true;
+            close();
+        }
+        return false;
+    }
+    void close() {
+        if (socket_ >= 0) ::close(socket_);
+        socket_ = -1;
+    }
+
+private:
+    std::filesystem::path program_;
+    int socket_ = -1;
+};
+
 constexpr int checks_per_second = 4;
 
 /// Kills workers that were asleep for too many checks.
@@ -239,10 +269,11 @@ bool wait_for_events(std::span<pollfd> ready, std::vector<Worker>& workers, Cloc
     return errno == EINTR;
 }
 
-}  // namespace
-
-void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
+/// Serves requests until the other end of the socket is closed.
+[[noreturn]] void serve(int socket, std::span<const ReaderTask> tasks,
+                        const std::filesystem::path& other_program) {
     const int ended = prepare_server();
+    OtherReader other(other_program);
     std::vector<Worker> workers;
     Clock::time_point next_check{};
     while (true) {
@@ -258,10 +289,19 @@ void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
         Request request;
         if (!receive(socket, request)) break;
         if (request.outcome < 0) continue;
+        const std::string_view name(request.head.task.data());
+        const bool is_known =
+            std::ranges::any_of(tasks, [&](const ReaderTask& task) { return task.name == name; });
+        if (!is_known && !other_program.empty()) {
+            if (!other.forward(request)) tell(std::exchange(request.outcome, -1), -1, false);
+            request.close_all();
+            continue;
+        }
         const pid_t worker = fork();
         if (worker == 0) {
             ::close(socket);
-            for (const Worker& other : workers) ::close(other.outcome);
+            other.close();  // workers read untrusted files: no requests of theirs
+            for (const Worker& running : workers) ::close(running.outcome);
             // Only the server reports the end of this worker to the client.
             ::close(request.outcome);
             work(request, tasks);
@@ -278,6 +318,23 @@ void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
     }
     for (const Worker& worker : workers) ::kill(worker.id, SIGKILL);
     _exit(0);
+}
+
+}  // namespace
+
+void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
+    serve(socket, tasks, {});
+}
+
+int run_reader_program(const char* name, std::span<const ReaderTask> tasks,
+                       const std::filesystem::path& other_program) {
+    constexpr int socket = 3;  // see spawned_reader
+    struct stat status {};
+    if (fstat(socket, &status) == 0 && S_ISSOCK(status.st_mode)) serve(socket, tasks, other_program);
+    std::fprintf(stderr,
+                 "%s reads files for programs that use haarfield's libraries; do not start it directly\n",
+                 name);
+    return 2;
 }
 
 }  // namespace haarfield
