@@ -418,11 +418,14 @@ public:
     /// Reads all grids, and writes the tables.
     Result<Done> write_tables(const FieldHead& head, ByteSink& answer) {
         const FieldCounts& counts = head.counts;
-        QuadtreePool pool;
-        HF_TRY(pool.cubemaps, table<PackedCubemap>(cubemap_grid, counts.cubemaps));
-        HF_TRY(pool.faces, table<PackedFace>(face_grid, counts.faces));
-        write_field_table(std::span(pool.cubemaps.begin(), pool.cubemaps.end()), answer);
-        write_field_table(std::span(pool.faces.begin(), pool.faces.end()), answer);
+        {
+            QuadtreePool pool;
+            HF_TRY(pool.cubemaps, table<PackedCubemap>(cubemap_grid, counts.cubemaps));
+            HF_TRY(pool.faces, table<PackedFace>(face_grid, counts.faces));
+            write_field_table(std::span(pool.cubemaps.begin(), pool.cubemaps.end()), answer);
+            write_field_table(std::span(pool.faces.begin(), pool.faces.end()), answer);
+            open_ = unoccluded_cubemap(pool);
+        }
         for (std::uint64_t grid = 0, left = counts.node_bytes; grid < node_grids(counts.node_bytes); ++grid) {
             const std::uint64_t bytes = std::min(left, 4 * node_grid_values);
             HF_TRY(const std::vector<std::int32_t> words, linear_values(node_grid(grid), (bytes + 3) / 4));
@@ -431,7 +434,6 @@ public:
         }
         write_field_padding(counts.node_bytes, answer);
 
-        open_ = unoccluded_cubemap(pool);
         const VisibilityField& field = head.field;
         HF_TRY_DONE(write_handles(planar_grid, counts.planar, planar_voxels(field.planar), answer));
         HF_TRY_DONE(
