@@ -61,7 +61,7 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
         if (!second) return second;
         light = mixed_environment(*light, *second, blend->share);
     }
-    return turned_environment(*light, double(description.rotation), 0);
+    return turned_environment(*std::move(light), double(description.rotation), 0);
 }
 
 namespace {
@@ -130,7 +130,7 @@ Result<SceneEnvironment> scene_environment(const Scene& scene) {
     result.is_found = !description.exposure;
     if (!is_identity(description.turn)) light = turned_environment(*light, description.turn);
     result.exposure = result.is_found ? found_exposure(scene, *light) : *description.exposure;
-    result.environment = turned_environment(*light, 0, double(result.exposure));
+    result.environment = turned_environment(*std::move(light), 0, double(result.exposure));
     return result;
 }
 

@@ -119,7 +119,7 @@ float expose_room(const Scene& scene, const SceneEntities& entities, Environment
                   CommandContext& context, std::size_t number) {
     const float stops = entity_stops(scene, entities, environment);
     if (stops == 0) return 0;
-    environment = turned_environment(environment, 0, double(stops));
+    environment = turned_environment(std::move(environment), 0, double(stops));
     auto& exposure = context.report["environments"][number]["exposure"];
     exposure = exposure.get<float>() + stops;
     context.print("light  exposure {:.2f} stops, because {}\n", exposure.get<float>(),

@@ -2,10 +2,13 @@
 
 #include "fields/base/spiral.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace haarfield {
 
@@ -47,41 +50,42 @@ double unevenness(const LatLongImage& image) {
     return sum > 0 ? std::sqrt(squares * all) / sum : 1;
 }
 
-LatLongImage turned_environment(const LatLongImage& image, double rotation, double exposure) {
+LatLongImage turned_environment(LatLongImage image, double rotation, double exposure) {
     assert(image.pixels.size() == std::size_t(image.width) * std::size_t(image.height));
-    LatLongImage turned = image;
-    if (image.pixels.empty()) return turned;
-
     // Longitude decreases with the column: a rotation towards greater longitudes reads columns further right.
     double shift = std::remainder(rotation / (2 * pi), 1.0) * image.width;
     // Angles are converted from floats: rotations close to whole pixels must not blur the image.
     if (std::abs(shift - std::round(shift)) < 1e-4) shift = std::round(shift);
     const double whole = std::floor(shift);
     const float next_share = float(shift - whole), share = 1 - next_share;
+    const float gain = float(std::exp2(exposure));
+    if (image.pixels.empty() || (shift == 0 && gain == 1)) return image;
+
     const std::size_t width = std::size_t(image.width);
     const std::size_t offset = std::size_t((int(whole) % image.width + image.width) % image.width);
-    const float gain = float(std::exp2(exposure));
-    for (std::size_t row = 0; row < std::size_t(image.height); ++row) {
-        const Rgb* from = &image.pixels[row * width];
+    tbb::parallel_for(std::size_t(0), std::size_t(image.height), [&](std::size_t row) {
+        Rgb* const pixels = &image.pixels[row * width];
+        std::rotate(pixels, pixels + offset, pixels + width);
+        const Rgb first = pixels[0];
         for (std::size_t column = 0; column < width; ++column) {
-            const Rgb& here = from[(column + offset) % width];
-            Rgb value = here;
-            if (next_share > 0) value = here * share + from[(column + offset + 1) % width] * next_share;
-            turned.pixels[row * width + column] = value * gain;
+            Rgb value = pixels[column];
+            if (next_share > 0)
+                value = value * share + (column + 1 < width ? pixels[column + 1] : first) * next_share;
+            pixels[column] = value * gain;
         }
-    }
-    return turned;
+    });
+    return image;
 }
 
-Environment turned_environment(const Environment& environment, double rotation, double exposure) {
-    Environment turned{turned_environment(environment.image, rotation, exposure), environment.suns};
+Environment turned_environment(Environment environment, double rotation, double exposure) {
+    environment.image = turned_environment(std::move(environment.image), rotation, exposure);
     const double cosine = std::cos(rotation), sine = std::sin(rotation);
-    for (SunDisc& sun : turned.suns) {
+    for (SunDisc& sun : environment.suns) {
         const Vec3d d(sun.direction);
         sun.direction = Vec3f(Vec3d(d.x * cosine + d.z * sine, d.y, d.z * cosine - d.x * sine));
         sun.irradiance *= float(std::exp2(exposure));
     }
-    return turned;
+    return environment;
 }
 
 std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) {

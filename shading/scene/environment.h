@@ -59,11 +59,12 @@ EnvironmentFindings clean_environment(LatLongImage& image);
 
 /// Multiplies radiance by 2^exposure and rotates the environment about +y by `rotation` [rad],
 /// counter-clockwise seen from above: a quarter turn moves +z to +x. Rotations by whole pixels (to 1e-4 of
-/// one) are exact. Otherwise neighbouring columns are interpolated linearly, which preserves energy.
-LatLongImage turned_environment(const LatLongImage& image, double rotation, double exposure);
+/// one) are exact. Otherwise neighbouring columns are interpolated linearly, which preserves energy. Costs one
+/// pass over the pixels, none if nothing changes; an image that is moved in is changed in place.
+LatLongImage turned_environment(LatLongImage image, double rotation, double exposure);
 
 /// Rotates and exposes an environment with its discs.
-Environment turned_environment(const Environment& environment, double rotation, double exposure);
+Environment turned_environment(Environment environment, double rotation, double exposure);
 
 /// Returns the radiance from a direction (of any nonzero length), interpolated between pixels.
 Rgb radiance_from(const LatLongImage& image, const Vec3d& direction);

@@ -86,7 +86,7 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     made->scene.camera = scene_camera(scene_, *made->entities);
     made->scene.finds_camera = false;
     if (const float stops = entity_stops(made->scene, *made->entities, made->light.environment); stops != 0) {
-        made->light.environment = turned_environment(made->light.environment, 0, double(stops));
+        made->light.environment = turned_environment(std::move(made->light.environment), 0, double(stops));
         made->light.exposure += stops;
     }
     for (std::string& trouble : camera_troubles(made->scene, *made->entities))
