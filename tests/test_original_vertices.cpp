@@ -211,8 +211,13 @@ TEST_F(OriginalVertices, AreWhatTheFilesHold) {
         ASSERT_TRUE(back) << back.error().message();
         const Result<ListedMesh> part = back->listed(0);
         ASSERT_TRUE(part);
-        EXPECT_EQ(part->positions, bake.meshes[0].positions);
-        EXPECT_EQ(part->face_corners.size(), 12u);
+        // assimp 5.4 reads vertices in the order of their first use.
+        const std::vector<std::array<std::uint32_t, 3>>& triangles = bake.meshes[0].triangles;
+        ASSERT_EQ(part->face_corners.size(), 12u);
+        ASSERT_EQ(triangles.size(), 12u);
+        for (std::size_t i = 0; i < 36; ++i)
+            EXPECT_EQ(part->positions[part->corners[i]], bake.meshes[0].positions[triangles[i / 3][i % 3]])
+                << i;
     }
 }
 

@@ -10,6 +10,8 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 # dpkg-shlibdeps adds the libraries. These packages are used at run time by name.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "povray, libjs-three, python3-numpy")
+# The sandbox in which POV-Ray reads scenes, and the include files that scenes use.
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "bubblewrap, povray-includes")
 if(HAARFIELD_PYTHON_MINOR)
     math(EXPR next_minor "${HAARFIELD_PYTHON_MINOR} + 1")
     string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS
