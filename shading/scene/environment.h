@@ -59,8 +59,8 @@ EnvironmentFindings clean_environment(LatLongImage& image);
 
 /// Multiplies radiance by 2^exposure and rotates the environment about +y by `rotation` [rad],
 /// counter-clockwise seen from above: a quarter turn moves +z to +x. Rotations by whole pixels (to 1e-4 of
-/// one) are exact. Otherwise neighbouring columns are interpolated linearly, which preserves energy. Costs one
-/// pass over the pixels, none if nothing changes; an image that is moved in is changed in place.
+/// one) are exact. Otherwise neighbouring columns are interpolated linearly, which preserves energy. Costs
+/// one pass over the pixels, none if nothing changes; an image that is moved in is changed in place.
 LatLongImage turned_environment(LatLongImage image, double rotation, double exposure);
 
 /// Rotates and exposes an environment with its discs.
