@@ -6,7 +6,8 @@
 
 namespace haarfield {
 
-/// Instances with the vertices and faces of their model files: all of them, in the file's order.
+/// Instances with the vertices and faces of their model files: all of them, in the file's order. assimp 5.4
+/// lists the vertices of glTF files in the order of their first use, without unused ones.
 struct OriginalBake {
     std::vector<Mesh> meshes;              ///< By SceneEntities::entities.
     std::vector<Mesh> textured_meshes;     ///< By entity. Without triangles if the entity has no texture.

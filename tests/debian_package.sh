@@ -10,8 +10,8 @@ failed=0
 fail() { echo "$1" >&2; failed=1; }
 
 dpkg -x "$package" "$root"
-for file in bin/haarfield bin/haarfield-reader bin/haarfield-image-reader share/man/man1/haarfield.1 share/bash-completion/completions/haarfield \
-    share/doc/haarfield/copyright share/doc/haarfield/CHANGELOG.md share/haarfield/haarfield_addon.zip \
+for file in bin/haarfield bin/haarfield-reader bin/haarfield-image-reader share/man/man1/haarfield.1 \
+    share/bash-completion/completions/haarfield share/doc/haarfield/copyright share/doc/haarfield/CHANGELOG.md share/haarfield/haarfield_addon.zip \
     share/haarfield/scenes/single_chair.toml include/haarfield/bridge/bridge.h; do
     [[ -s $root/usr/$file ]] || fail "found no /usr/$file"
 done

@@ -7,6 +7,7 @@
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
 
+#include <assimp/version.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -211,7 +212,11 @@ TEST_F(OriginalVertices, AreWhatTheFilesHold) {
         ASSERT_TRUE(back) << back.error().message();
         const Result<ListedMesh> part = back->listed(0);
         ASSERT_TRUE(part);
-        // assimp 5.4 reads vertices in the order of their first use.
+        // assimp 5.4.3 lists the vertices of glTF files in the order of their first use, 5.2.5 as the file
+        // does.
+        if (aiGetVersionMajor() * 100 + aiGetVersionMinor() <= 502) {
+            EXPECT_EQ(part->positions, bake.meshes[0].positions);
+        }
         const std::vector<std::array<std::uint32_t, 3>>& triangles = bake.meshes[0].triangles;
         ASSERT_EQ(part->face_corners.size(), 12u);
         ASSERT_EQ(triangles.size(), 12u);

@@ -91,7 +91,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
     context.print("{}\n", error_line(error));
     context.print("worst  {:.0f} % at {}{}\n", 100 * worst.error, place, instance);
     if (search.end != SearchEnd::reached)
-        context.warn(fmt::format("the error is {:.2g} %; expected at most {:.2g} %: {}", 100 * error.total,
+        context.warn(fmt::format("the error is {:.3g} %; expected at most {:.2g} %: {}", 100 * error.total,
                                  100 * search.target, reason_of(search.end, search.vertex_budget)));
 }
 

@@ -103,7 +103,7 @@ Result<ExitCode> run_povray_import(const ImportOptions& options, CommandContext&
         scene.environment.image = options.environment;
         scene.environment.exposure.reset();
     } else if (scene.lamps.empty() && !scene.glows() && scene.environment.is_black()) {
-        // A declared object has no light of its own.
+        // A declared object contains no light.
         scene.environment.sky = AnalyticSky();
         scene.environment.exposure.reset();
     }

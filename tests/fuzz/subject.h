@@ -18,6 +18,9 @@ struct Outcome {
     std::string refused(const Error& error) {
         for (const char* end : {"its reader ended", "took longer", "needs more memory"})
             contained |= error.what.find(end) != std::string::npos;
+        // Files may crash workers, but not the process that starts them. Without it, all files are refused.
+        for (const char* end : {"the reader process has ended", "reach the reader process"})
+            if (error.what.find(end) != std::string::npos) return "refused without reading: " + error.what;
         return error.what.empty() ? "refused without a reason" : "";
     }
 };
