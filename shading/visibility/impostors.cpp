@@ -8,7 +8,145 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/cubemap.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "shading/visibility/impostors.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef HAARFIELD_IMPOSTORS_ONCE
+#define HAARFIELD_IMPOSTORS_ONCE
+
 namespace haarfield {
+
+/// One level of the masks of a direction, and the weights of the nearer and the farther mask.
+struct MaskLevel {
+    const std::uint8_t* cells;      ///< Opacity in the nearer and the farther mask, by cell. [1/255]
+    int size;                       ///< Cells along an edge, without the border.
+    float near_weight, far_weight;  ///< Together at most 1/255.
+};
+
+/// The plane of a mask, projected onto a face. A number a u + b v + c is stored as (a, b, c).
+struct MaskOnFace {
+    Vec3f along, across, up;  ///< Components of a texel's direction, towards the mask and along its edges.
+    float scale, offset;      ///< A cell's number along an edge is scale * across / along + offset.
+};
+
+/// A range [begin, end) of texels along an edge whose centres may lie in the image of a sphere.
+struct TexelRange {
+    int begin, end;
+};
+
+}  // namespace haarfield
+
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, 16>;
+using Numbers = hn::RebindToSigned<Floats>;
+using VF = hn::Vec<Floats>;
+using VI = hn::Vec<Numbers>;
+
+/// Returns the opacity of two adjacent cells, loaded as four bytes, interpolated by the second's weight.
+HWY_INLINE VF opacity_between(const MaskLevel& level, VI cells, VF weight) {
+    const Floats d;
+    const hn::RebindToUnsigned<Numbers> du;
+    const auto bytes = hn::BitCast(du, cells);
+    const auto number = [&](auto shifted) {
+        return hn::ConvertTo(d, hn::BitCast(Numbers(), hn::And(shifted, hn::Set(du, 255u))));
+    };
+    const auto cell = [&](auto near, auto far) {
+        return hn::Add(hn::Mul(hn::Set(d, level.near_weight), number(near)),
+                       hn::Mul(hn::Set(d, level.far_weight), number(far)));
+    };
+    const VF first = cell(bytes, hn::ShiftRight<8>(bytes)),
+             second = cell(hn::ShiftRight<16>(bytes), hn::ShiftRight<24>(bytes));
+    return hn::Add(first, hn::Mul(weight, hn::Sub(second, first)));
+}
+
+/// Returns opacity, interpolated bilinearly between cell centres. Positions are in cells, from the centre of
+/// the first cell of the border; 0 outside the mask and where not `wanted`.
+HWY_INLINE VF opacity_at(const MaskLevel& level, VF x, VF y, hn::Mask<Floats> wanted) {
+    const Floats d;
+    const Numbers di;
+    const VF zero = hn::Zero(d), end = hn::Set(d, static_cast<float>(level.size + 1));
+    const auto inside = hn::And(
+        wanted, hn::And(hn::And(hn::Ge(x, zero), hn::Lt(x, end)), hn::And(hn::Ge(y, zero), hn::Lt(y, end))));
+    if (hn::AllFalse(d, inside)) return zero;
+    const VF at_x = hn::IfThenElseZero(inside, x), at_y = hn::IfThenElseZero(inside, y);
+    const VI column = hn::ConvertTo(di, at_x), row = hn::ConvertTo(di, at_y);
+    const std::int32_t stride = 2 * (level.size + 2);
+    const VI upper = hn::Add(hn::Mul(row, hn::Set(di, stride)), hn::Add(column, column));
+    const auto* bytes = reinterpret_cast<const std::int32_t*>(level.cells);
+    const auto row_of = [&](VI offsets) {
+        return opacity_between(level, hn::GatherOffset(di, bytes, offsets),
+                               hn::Sub(at_x, hn::ConvertTo(d, column)));
+    };
+    const VF above = row_of(upper), below = row_of(hn::Add(upper, hn::Set(di, stride)));
+    const VF weight = hn::Sub(at_y, hn::ConvertTo(d, row));
+    return hn::IfThenElseZero(inside, hn::Add(above, hn::Mul(weight, hn::Sub(below, above))));
+}
+
+/// Multiplies the visibility of a row of texels by the transparency of a mask.
+///
+/// length  of the row, at least a vector.
+HWY_INLINE void hide_in_row(const MaskLevel& level, const MaskOnFace& on, TexelRange columns, float v,
+                            float step, int length, std::uint8_t* texels) {
+    const Floats d;
+    const Numbers di;
+    const hn::Rebind<std::uint8_t, Floats> bytes;
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    const auto at = [&](const Vec3f& component, VF u) {
+        return hn::Add(hn::Set(d, component.z + component.y * v), hn::Mul(hn::Set(d, component.x), u));
+    };
+    for (int column = columns.begin; column < columns.end; column += lanes) {
+        // The last vector ends with the row, and may overlap the one before it.
+        const int first = std::min(column, length - lanes);
+        const VF number = hn::Add(hn::Iota(d, 0), hn::Set(d, static_cast<float>(first)));
+        const VF u = hn::Sub(hn::Mul(hn::Add(number, hn::Set(d, 0.5f)), hn::Set(d, step)), hn::Set(d, 1.0f));
+        const VF along = at(on.along, u), magnified = hn::Div(hn::Set(d, on.scale), along),
+                 offset = hn::Set(d, on.offset);
+        const auto wanted =
+            hn::And(hn::Gt(along, hn::Zero(d)), hn::Ge(number, hn::Set(d, static_cast<float>(column))));
+        const VF hidden = opacity_at(level, hn::Add(hn::Mul(at(on.across, u), magnified), offset),
+                                     hn::Add(hn::Mul(at(on.up, u), magnified), offset), wanted);
+        const VF open = hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(bytes, texels + first)));
+        const VF rest = hn::Add(hn::Mul(open, hn::Sub(hn::Set(d, 1.0f), hidden)), hn::Set(d, 0.5f));
+        hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(di, rest)), bytes, texels + first);
+    }
+}
+
+void hide_on_face(const MaskLevel& level, const MaskOnFace& on, TexelRange columns, TexelRange rows,
+                  int face_size, std::uint8_t* face) {
+    const float step = 2 / static_cast<float>(face_size);
+    const int lanes = static_cast<int>(hn::Lanes(Floats()));
+    for (int row = rows.begin; row < rows.end; ++row) {
+        const float v = (static_cast<float>(row) + 0.5f) * step - 1;
+        std::uint8_t* texels = face + std::size_t(row) * std::size_t(face_size);
+        if (face_size >= lanes) {
+            hide_in_row(level, on, columns, v, step, face_size, texels);
+        } else {
+            std::uint8_t widened[16] = {};
+            std::copy_n(texels, face_size, widened);
+            hide_in_row(level, on, columns, v, step, lanes, widened);
+            std::copy_n(widened, face_size, texels);
+        }
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(hide_on_face);
+
 namespace {
 
 // Directions are the cells of an octahedral map: the octahedron |x| + |y| + |z| = 1 viewed from above, with
@@ -80,11 +218,8 @@ const std::array<FaceFrame, cubemap_faces>& face_frames() {
     return frames;
 }
 
-/// A range [begin, end) of texels along an edge whose centres may lie in the image of a sphere.
-struct TexelRange {
-    int begin, end;
-};
-
+/// Returns the texels along an edge whose centres may lie in the image of a sphere.
+///
 /// middle, depth  position of the sphere along the edge and along the face's axis.
 TexelRange image_of_sphere(float middle, float depth, float radius, int size) {
     // The image is unbounded if the sphere surrounds the viewer, or almost does.
@@ -95,6 +230,36 @@ TexelRange image_of_sphere(float middle, float depth, float radius, int size) {
         return static_cast<int>(std::ceil(std::clamp((slope + 1) * half - 0.5f, 0.0f, float(size))));
     };
     return {texel((middle * depth - root) * scale), texel((middle * depth + root) * scale)};
+}
+
+/// The texels of a face whose centres may lie in an image.
+struct FaceArea {
+    TexelRange columns, rows;
+
+    bool is_empty() const { return columns.begin >= columns.end || rows.begin >= rows.end; }
+};
+
+/// Returns the part of an area that a quadrilateral covers. If a corner is behind the face, returns the area.
+FaceArea image_of_quadrilateral(const std::array<Vec3f, 4>& corners, const FaceFrame& frame,
+                                const FaceArea& area, int size) {
+    float left = INFINITY, right = -INFINITY, top = INFINITY, bottom = -INFINITY;
+    for (const Vec3f& corner : corners) {
+        const float depth = corner.dot(frame.axis);
+        if (!(depth > 1e-3f * corner.length())) return area;
+        const float u = corner.dot(frame.right) / depth, v = corner.dot(frame.down) / depth;
+        left = std::min(left, u);
+        right = std::max(right, u);
+        top = std::min(top, v);
+        bottom = std::max(bottom, v);
+    }
+    const auto part = [&](const TexelRange& range, float begin, float end) {
+        // Wider by a texel against rounding.
+        const float half = 0.5f * static_cast<float>(size), edge = static_cast<float>(size);
+        return TexelRange{
+            std::max(range.begin, static_cast<int>(std::clamp((begin + 1) * half - 1.5f, 0.0f, edge))),
+            std::min(range.end, static_cast<int>(std::clamp((end + 1) * half + 1.5f, 0.0f, edge)))};
+    };
+    return {part(area.columns, left, right), part(area.rows, top, bottom)};
 }
 
 }  // namespace
@@ -113,7 +278,12 @@ struct Impostors::Maker {
           face_size(std::min(2 * impostors.face_size_, 256)),
           rasterizer(face_size) {}
 
-    void make(const Viewpoint& viewpoint, float distance, std::span<std::uint8_t> mask) {
+    /// masks  of the direction. k: the number of the distance, which is the place of its mask in each cell.
+    void make(const Viewpoint& viewpoint, std::size_t k, std::uint8_t* masks) {
+        const float distance = distances[k];
+        const auto cell_of = [&](const Level& level, int column, int row) -> std::uint8_t& {
+            return masks[distances.size() * index(level, column, row) + k];
+        };
         const Vec3f to_viewer = viewpoint.direction * (distance * made.radius_);
         const std::span<const std::uint8_t> open =
             rasterizer.open_samples(occluder, made.centre_ + to_viewer);
@@ -125,21 +295,21 @@ struct Impostors::Maker {
         for (int row = 0; row < finest; ++row)
             for (int column = 0; column < finest; ++column) {
                 int blocked = 0;
-                for (int k = 0; k < 4; ++k) {
-                    const Vec3f at = viewpoint.axes.across * place(2 * column + k % 2) +
-                                     viewpoint.axes.up * place(2 * row + k / 2);
+                for (int quarter = 0; quarter < 4; ++quarter) {
+                    const Vec3f at = viewpoint.axes.across * place(2 * column + quarter % 2) +
+                                     viewpoint.axes.up * place(2 * row + quarter / 2);
                     blocked += samples_per_texel - open[texel(at - to_viewer)];
                 }
-                mask[index(levels[0], column, row)] = static_cast<std::uint8_t>(
+                cell_of(levels[0], column, row) = static_cast<std::uint8_t>(
                     (blocked * 255 + 2 * samples_per_texel) / (4 * samples_per_texel));
             }
-        for (std::size_t k = 1; k < levels.size(); ++k)
-            for (int row = 0; row < levels[k].size; ++row)
-                for (int column = 0; column < levels[k].size; ++column) {
+        for (std::size_t l = 1; l < levels.size(); ++l)
+            for (int row = 0; row < levels[l].size; ++row)
+                for (int column = 0; column < levels[l].size; ++column) {
                     unsigned sum = 2;
                     for (int quarter = 0; quarter < 4; ++quarter)
-                        sum += mask[index(levels[k - 1], 2 * column + quarter % 2, 2 * row + quarter / 2)];
-                    mask[index(levels[k], column, row)] = static_cast<std::uint8_t>(sum / 4);
+                        sum += cell_of(levels[l - 1], 2 * column + quarter % 2, 2 * row + quarter / 2);
+                    cell_of(levels[l], column, row) = static_cast<std::uint8_t>(sum / 4);
                 }
     }
 
@@ -161,33 +331,34 @@ Result<Impostors> Impostors::make(const Occluder& occluder, int face_size, const
     made.face_size_ = face_size;
     made.centre_ = occluder.bounds().centre();
     made.radius_ = occluder.bounds().radius();
-    made.masks_.assign(directions * distances.size() * mask_bytes, 0);
+    made.masks_.assign(directions * mask_bytes, 0);
+    made.extents_.resize(directions);
     HF_TRY_DONE(parallel_loop({directions * distances.size()},
                               [&]() -> LoopBody {
                                   return [&, maker = std::make_shared<Maker>(made, occluder)](std::size_t k) {
-                                      maker->make(viewpoints()[k / distances.size()],
-                                                  distances[k % distances.size()],
-                                                  std::span(made.masks_).subspan(k * mask_bytes, mask_bytes));
+                                      const std::size_t direction = k / distances.size();
+                                      maker->make(viewpoints()[direction], k % distances.size(),
+                                                  &made.masks_[direction * mask_bytes]);
                                   };
                               },
                               "impostors", {{}, stop}));
+    for (std::size_t k = 0; k < directions; ++k) made.extents_[k] = made.extent_of(k);
     return made;
 }
 
-/// Interpolates bilinearly between cell centres.
-///
-/// x, y  in cells, from the centre of the first cell of the border.
-float Impostors::Picture::opacity(float x, float y) const {
-    if (!(x >= 0 && y >= 0 && x < float(size + 1) && y < float(size + 1))) return 0;
-    const int column = int(x), row = int(y), stride = size + 2, at = row * stride + column;
-    const float right = x - float(column), below = y - float(row);
-    const auto mean = [&](const std::uint8_t* mask) {
-        const float upper = float(mask[at]) + right * (float(mask[at + 1]) - float(mask[at])),
-                    lower = float(mask[at + stride]) +
-                            right * (float(mask[at + stride + 1]) - float(mask[at + stride]));
-        return upper + below * (lower - upper);
-    };
-    return (near_weight > 0 ? near_weight * mean(near) : 0) + (far_weight > 0 ? far_weight * mean(far) : 0);
+Impostors::Extent Impostors::extent_of(std::size_t direction) const {
+    Extent extent;
+    const std::uint8_t* masks = &masks_[direction * mask_bytes];
+    for (std::uint8_t row = 0; row < finest; ++row)
+        for (std::uint8_t column = 0; column < finest; ++column) {
+            const std::size_t cell = std::size_t((row + 1) * (finest + 2) + column + 1);
+            if (masks[distances.size() * cell] == 0 && masks[distances.size() * cell + 1] == 0) continue;
+            extent.left = std::min(extent.left, column);
+            extent.right = std::max<std::uint8_t>(extent.right, column + 1);
+            extent.bottom = std::min(extent.bottom, row);
+            extent.top = std::max<std::uint8_t>(extent.top, row + 1);
+        }
+    return extent;
 }
 
 void Impostors::hide(const Placement& placement, const Vec3f& point, std::span<std::uint8_t> open) const {
@@ -212,40 +383,42 @@ void Impostors::hide(const Placement& placement, const Vec3f& point, std::span<s
                 strength = (true_width / width) * (true_width / width);
     const float far_share = std::clamp(
         (1 / distances[0] - radius / distance) / (1 / distances[0] - 1 / distances[1]), 0.0f, 1.0f);
-    const std::uint8_t* masks = masks_.data() + number * distances.size() * mask_bytes + levels[level].offset;
-    const Picture picture{masks, masks + mask_bytes, strength * (1 - far_share) / 255,
-                          strength * far_share / 255, levels[level].size};
-    const float cells = float(picture.size), sphere = width * (1 + 2 / cells),
+    const MaskLevel masks{masks_.data() + number * mask_bytes + distances.size() * levels[level].offset,
+                          levels[level].size, strength * (1 - far_share) / 255, strength * far_share / 255};
+    const float cells = float(masks.size), sphere = width * (1 + 2 / cells),
                 scale = 0.5f * cells * distance / width, offset = 0.5f * (cells + 1);
+    // Interpolation reaches one cell beyond those that are not empty.
+    const Extent& extent = extents_[number];
+    if (extent.left >= extent.right) return;
+    const auto place = [&](int cell, float cells_beyond) {
+        return (2 * float(cell) / finest - 1 + 2 * cells_beyond / cells) * width;
+    };
+    const float left = place(extent.left, -1), right = place(extent.right, 1),
+                bottom = place(extent.bottom, -1), top = place(extent.top, 1);
+    const std::array<Vec3f, 4> corners{middle + across * left + up * bottom,
+                                       middle + across * right + up * bottom,
+                                       middle + across * left + up * top, middle + across * right + up * top};
     constexpr float diagonal = 1.4142136f;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceFrame& frame = face_frames()[face];
-        const float right = middle.dot(frame.right), down = middle.dot(frame.down),
+        const float beside = middle.dot(frame.right), down = middle.dot(frame.down),
                     depth = middle.dot(frame.axis);
         // Skips the face if the sphere lies outside a plane of the face's frustum.
-        if (std::max(std::abs(right), std::abs(down)) - depth > diagonal * sphere) continue;
-        const TexelRange columns = image_of_sphere(right, depth, sphere, face_size_),
-                         rows = image_of_sphere(down, depth, sphere, face_size_);
-        const Vec3f of_axis(axis.dot(frame.right), axis.dot(frame.down), axis.dot(frame.axis)),
-            of_across(across.dot(frame.right), across.dot(frame.down), across.dot(frame.axis)),
-            of_up(up.dot(frame.right), up.dot(frame.down), up.dot(frame.axis));
-        const float step = 2 / float(face_size_);
-        for (int row = rows.begin; row < rows.end; ++row) {
-            const float v = (float(row) + 0.5f) * step - 1;
-            const float towards = -(of_axis.z + of_axis.y * v), x = of_across.z + of_across.y * v,
-                        y = of_up.z + of_up.y * v;
-            std::uint8_t* texels =
-                &open[(face * std::size_t(face_size_) + std::size_t(row)) * std::size_t(face_size_)];
-            for (int column = columns.begin; column < columns.end; ++column) {
-                const float u = (float(column) + 0.5f) * step - 1, along = towards - of_axis.x * u;
-                if (!(along > 0)) continue;
-                const float magnified = scale / along,
-                            hidden = picture.opacity((x + of_across.x * u) * magnified + offset,
-                                                     (y + of_up.x * u) * magnified + offset);
-                texels[column] = static_cast<std::uint8_t>(float(texels[column]) * (1 - hidden) + 0.5f);
-            }
-        }
+        if (std::max(std::abs(beside), std::abs(down)) - depth > diagonal * sphere) continue;
+        const FaceArea area = image_of_quadrilateral(corners, frame,
+                                                     {image_of_sphere(beside, depth, sphere, face_size_),
+                                                      image_of_sphere(down, depth, sphere, face_size_)},
+                                                     face_size_);
+        if (area.is_empty()) continue;
+        const auto on_face = [&](const Vec3f& direction) {
+            return Vec3f(direction.dot(frame.right), direction.dot(frame.down), direction.dot(frame.axis));
+        };
+        const std::size_t texels = std::size_t(face_size_) * std::size_t(face_size_);
+        HWY_DYNAMIC_DISPATCH(hide_on_face)
+        (masks, {on_face(-axis), on_face(across), on_face(up), scale, offset}, area.columns, area.rows,
+         face_size_, &open[face * texels]);
     }
 }
 
 }  // namespace haarfield
+#endif

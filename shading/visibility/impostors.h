@@ -64,23 +64,23 @@ private:
         }
         return made;
     }();
-    static constexpr std::size_t mask_bytes = levels.back().offset + 9;
+    /// Of the masks of one direction.
+    static constexpr std::size_t mask_bytes = distances.size() * (levels.back().offset + 9);
 
-    /// One level of two masks, and their weights.
-    struct Picture {
-        const std::uint8_t *near, *far;
-        float near_weight, far_weight;  ///< Together at most 1/255.
-        int size;
-
-        float opacity(float x, float y) const;
+    /// The cells of the finest masks of a direction that are not empty: [left, right) and [bottom, top).
+    struct Extent {
+        std::uint8_t left = finest, right = 0, bottom = finest, top = 0;
     };
 
     struct Maker;
 
+    Extent extent_of(std::size_t direction) const;
+
     int face_size_ = 0;
     Vec3f centre_{0, 0, 0};            ///< Of the occluder, in its own frame. [m]
     float radius_ = 0;                 ///< [m]
-    std::vector<std::uint8_t> masks_;  ///< Opacity by direction and distance. [1/255]
+    std::vector<Extent> extents_;      ///< By direction.
+    std::vector<std::uint8_t> masks_;  ///< Opacity by direction, cell and distance. [1/255]
 };
 
 }  // namespace haarfield
