@@ -124,7 +124,7 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     const auto baked = total(*scene_radiance(room().scene, room().settings()));
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
-    const DenseScene dense = *DenseScene::make(room().scene, fine.face_size);
+    const DenseScene dense(room().scene, fine.face_size);
     DenseShader shader(dense);
     ASSERT_EQ(budget.vertices.size(), 60u);
     float worst_before = INFINITY;
@@ -195,7 +195,7 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     plain.scene.eye = {0, 1, 0};
     const MeshPoint at{0, 0, 0.5f, 0};
     const ShadedEntity& entity = plain.scene.entities[0];
-    const DenseScene dense = *DenseScene::make(plain.scene, settings.face_size);
+    const DenseScene dense(plain.scene, settings.face_size);
     DenseShader shader(dense);
     const auto corner = [&](std::size_t c) {
         return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c])).total();

@@ -2,6 +2,7 @@
 
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
+#include "fields/preparation/mesh_simplification.h"
 
 #include <gtest/gtest.h>
 #include <map>
@@ -350,6 +351,38 @@ TEST(MeshPreparation, StopsWhenAsked) {
     const Result<PreparedMesh> result = prepare_mesh({sphere(40, 80), {}}, {20000, 500}, progress);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::interrupted);
+}
+
+TEST(CoarserMeshes, HaveAThirdOfTheTrianglesEachAndSayHowFarTheyAre) {
+    const Mesh mesh = sphere(60, 60);
+    const std::vector<CoarserMesh> coarser = coarser_meshes(mesh);
+    ASSERT_EQ(coarser.size(), 3u);
+    std::size_t before = mesh.triangles.size();
+    for (const CoarserMesh& level : coarser) {
+        EXPECT_LE(level.mesh.triangles.size(), before / 3 + 1);
+        EXPECT_GE(level.mesh.triangles.size(), before / 3 - 8);
+        before = level.mesh.triangles.size();
+        // The vertices of the mesh are on the unit sphere. The simplification is a polyhedron close to it.
+        double squares = 0, volume = 0;
+        for (const auto& [i, j, k] : level.mesh.triangles) {
+            const Vec3d a(level.mesh.positions[i]), b(level.mesh.positions[j]), c(level.mesh.positions[k]);
+            const double height = 1 - (a + b + c).length() / 3;
+            squares += height * height / double(level.mesh.triangles.size());
+            volume += a.dot(b.cross(c)) / 6;
+        }
+        EXPECT_GT(double(level.distance), 0.2 * std::sqrt(squares));
+        EXPECT_LT(double(level.distance), 2 * std::sqrt(squares));
+        EXPECT_NEAR(volume, 4 * pi / 3, 0.12);  // It still faces outwards.
+    }
+    EXPECT_LT(coarser[0].distance, 0.01f);
+    EXPECT_LT(coarser[0].distance, coarser[2].distance);
+}
+
+TEST(CoarserMeshes, AreNotMadeOfSmallMeshesAndStopOnRequest) {
+    EXPECT_TRUE(coarser_meshes(box({0, 0, 0}, {1, 1, 1})).empty());
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_THROW(coarser_meshes(sphere(60, 60), {{}, stop.get_token()}), Interrupted);
 }
 
 }  // namespace haarfield

@@ -150,7 +150,7 @@ TEST(RayRenderer, AgreesWithDenseSums) {
     const Boxes boxes;
     RenderSettings settings;
     settings.face_size = 256;
-    const DenseScene dense = *DenseScene::make(boxes.scene, settings.face_size);
+    const DenseScene dense(boxes.scene, settings.face_size);
     DenseShader shader(dense);
     const RayScene rays(boxes.scene);
     double error = 0, energy = 0;

@@ -199,9 +199,10 @@ public:
     explicit SpansAlone(int size) : blocked_(size), open_(std::size_t(6 * size * size) + 64), size_(size) {}
 
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& point,
-                                               const Vec3f* horizon = nullptr) {
+                                               const Vec3f* horizon = nullptr,
+                                               const Rotation* turn = nullptr) {
         const std::vector<std::uint64_t> all(occluder.triangles().size() / 64 + 1, ~std::uint64_t(0));
-        block_spans(occluder, look_at(occluder, point, horizon), all.data(), scratch_, blocked_);
+        block_spans(occluder, look_at(occluder, point, horizon, turn), all.data(), scratch_, blocked_);
         count_open_samples(blocked_, open_.data());
         return {open_.data(), std::size_t(6 * size_ * size_)};
     }
@@ -292,6 +293,51 @@ TEST(VisibilityRasterizer, BothPathsAreBitIdentical) {
     }
     EXPECT_GT(points, 5000u);
     EXPECT_GT(drawn_edges, 20 * points);
+}
+
+/// A quarter turn about y, without rounding errors, and a turn about no axis of the cubemap.
+const std::array<Rotation, 2> turns{Rotation{{Vec3d(0, 0, 1), Vec3d(0, 1, 0), Vec3d(-1, 0, 0)}},
+                                    rotation_about({0.7, -0.2, 0.5}, 2.3)};
+
+TEST(VisibilityRasterizer, BothPathsAreBitIdenticalForTurnedOccluders) {
+    std::vector<Example> all = examples();
+    all.push_back({"fine sphere", sphere_mesh({0.1f, -0.2f, 0.05f}, 1, 48), true});
+    all.push_back({"thin rods", thin_rods(), true});
+    all.push_back({"mixed", mixed_mesh(), false});
+    VisibilityRasterizer rasterizer(64);
+    SpansAlone spans(64);
+    for (const Example& example : all) {
+        const Occluder occluder = make_occluder(example.mesh);
+        for (const auto& [point, normal] : field_points(occluder, 40))
+            for (const Rotation& turn : turns) {
+                const Vec3f up = turn(normal), *horizon = normal == Vec3f(0.0f) ? nullptr : &up;
+                ASSERT_EQ(difference(rasterizer.open_samples({&occluder, point, horizon, &turn}),
+                                     spans.open_samples(occluder, point, horizon, &turn)),
+                          0)
+                    << example.name << " from " << point;
+            }
+    }
+}
+
+TEST(VisibilityRasterizer, TurnedViewsAreThoseOfTurnedOccluders) {
+    VisibilityRasterizer rasterizer(64), other(64);
+    for (const Example& example : examples()) {
+        const Occluder occluder = make_occluder(example.mesh);
+        for (const Rotation& turn : turns) {
+            const bool is_exact = &turn == &turns[0];
+            const Occluder turned = turned_occluder(occluder, turn);
+            int differing = 0, points = 0;
+            for (const auto& [point, normal] : field_points(occluder, 40)) {
+                const Vec3f up = turn(normal), *horizon = normal == Vec3f(0.0f) ? nullptr : &up;
+                const int here = difference(rasterizer.open_samples({&occluder, point, horizon, &turn}),
+                                            other.open_samples(turned, turn(point), horizon));
+                EXPECT_LE(here, is_exact ? 0 : 20) << example.name << " from " << point;
+                differing += here;
+                ++points;
+            }
+            EXPECT_LE(differing, points) << example.name;
+        }
+    }
 }
 
 TEST(VisibilityRasterizer, BothPathsAreBitIdenticalWhereAxesMeetEdgesAndVertices) {

@@ -60,7 +60,7 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
     const Image& image = reference.image;
     assert(camera.width == image.width && camera.height == image.height && !image.coverage.empty());
     std::vector<CheckedPixel> pixels = random_pixels(scene, camera, image, points);
-    HF_TRY(const DenseScene dense, DenseScene::make(scene, face_size, {}, progress.stop));
+    const DenseScene dense(scene, face_size);
     const Result<Done> shaded = parallel_loop(
         {pixels.size()},
         [&]() -> LoopBody {

@@ -181,7 +181,9 @@ bool block_contour(const Occluder& occluder, const ViewedOccluder& viewed, const
         const int axis = all_face_components[face].component[1];
         const bool is_upwards = all_face_components[face].sign[1] < 0;  // the pole is at -v
         int& at_pole = poles[axis][is_upwards];
-        if (at_pole < 0) at_pole = layers_along_axis(occluder, viewed, axis, is_upwards);
+        if (at_pole < 0)
+            at_pole = viewed.is_turned ? scratch.turned_poles.layers[std::size_t(axis)][is_upwards]
+                                       : layers_along_axis(occluder, viewed, axis, is_upwards);
         using Contours = BlockedSamples::Contours;
         Contours& contours = blocked.contoured_faces[std::size_t(face)];
         const ContourExtent extent = count_changes(contour, face, face_size, scratch, changes);
@@ -220,6 +222,7 @@ bool block_contour(const Occluder& occluder, const ViewedOccluder& viewed, const
         places.reserve(CrossingList::room(blocked.face_size));
     scratch.counters.reserve((size + 1) * stride);
     scratch.starts.reserve(stride + 64);
+    if (viewed.is_turned) find_turned_poles(occluder, viewed, contour, scratch.turned_poles);
     return HWY_DYNAMIC_DISPATCH(block_contour)(occluder, viewed, contour, scratch, blocked);
 }
 

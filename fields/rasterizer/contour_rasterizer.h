@@ -2,6 +2,7 @@
 /// The fast path of the visibility rasterizer: draws only edges at which the number of layers changes.
 
 #include "fields/rasterizer/blocked_samples.h"
+#include "fields/rasterizer/turned_poles.h"
 #include "fields/rasterizer/viewed_occluder.h"
 #include "fields/rasterizer/visible_contour.h"
 
@@ -15,6 +16,7 @@ struct ContourScratch {
     std::array<AlignedBuffer<std::uint32_t>, 2> crossings;  ///< Indices of the counters to change.
     AlignedBuffer<std::uint8_t> counters;  ///< Changes of the number of layers, by texel row and sub-column.
     AlignedBuffer<std::uint8_t> starts;    ///< Changes above the first row, by sub-column.
+    TurnedPoles turned_poles;
 };
 
 /// Blocks the samples inside a contour. The masks must be clear.

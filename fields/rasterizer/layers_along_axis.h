@@ -1,6 +1,8 @@
 #pragma once
 /// Layers of an occluder along an axis through the view point, in exact arithmetic.
 
+#include <array>
+
 #include "fields/rasterizer/face_outcodes.h"
 #include "fields/rasterizer/viewed_occluder.h"
 
@@ -30,7 +32,28 @@ inline bool runs_to_larger_u(float p_u, float p_w, float q_u, float q_w, const F
     return turns_left(p_across, p_up, q_across, q_up) != mirrored;
 }
 
-/// Counts the layers of facing triangles along an axis, in the positive or negative direction.
+/// Tests on which side of an axis of the cubemap a triangle surrounds it: 1 if counter-clockwise as viewed
+/// from the axis' positive end, -1 if clockwise, 0 if it does not surround the axis.
+inline int turn_around_axis(const std::array<Vec3f, 3>& viewed, int axis) {
+    const auto [across, up] = axis_frames[std::size_t(axis)];
+    int left = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3f &p = viewed[k], &q = viewed[(k + 1) % 3];
+        left += turns_left(p[across], p[up], q[across], q[up]);
+    }
+    return left == 3 ? 1 : left == 0 ? -1 : 0;
+}
+
+/// Returns the vertices of a triangle: ViewedOccluder::viewed.
+inline std::array<Vec3f, 3> viewed_triangle(const Occluder& occluder, const ViewedOccluder& viewed,
+                                            std::uint32_t triangle) {
+    const auto& [i, j, k] = occluder.triangles()[triangle];
+    return {viewed.viewed(occluder.positions()[i]), viewed.viewed(occluder.positions()[j]),
+            viewed.viewed(occluder.positions()[k])};
+}
+
+/// Counts the layers of facing triangles along an axis, in the positive or negative direction. The occluder
+/// is not turned.
 inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& viewed, int axis,
                              bool to_larger) {
     const auto [across, up] = axis_frames[std::size_t(axis)];
@@ -39,17 +62,10 @@ inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& vie
         return 0;
     int layers = 0;
     const auto count_triangle = [&](std::uint32_t t) {
-        int left = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3f &p = occluder.positions()[occluder.triangles()[t][k]],
-                        &q = occluder.positions()[occluder.triangles()[t][(k + 1) % 3]];
-            left += turns_left(from_view_point(p[across], from[across]), from_view_point(p[up], from[up]),
-                               from_view_point(q[across], from[across]), from_view_point(q[up], from[up]));
-        }
-        // All three edges on the left: the triangle surrounds the axis counter-clockwise, as viewed from its
-        // positive end. If front-facing, it then lies in the negative direction.
-        if (left == 3) layers += facing(occluder, viewed, t) == (to_larger ? -1 : 1);
-        if (left == 0) layers += facing(occluder, viewed, t) == (to_larger ? 1 : -1);
+        // A triangle that surrounds the axis counter-clockwise lies in the negative direction if
+        // front-facing.
+        if (const int turn = turn_around_axis(viewed_triangle(occluder, viewed, t), axis); turn != 0)
+            layers += facing(occluder, viewed, t) == (to_larger ? -turn : turn);
     };
     occluder.grids()[std::size_t(axis)].visit_triangles_at(double(from[across]), double(from[up]),
                                                            count_triangle);

@@ -195,8 +195,7 @@ void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::
                    float* vertices) {
     const Floats d;
     const Codes di;
-    const ViewedVertices v =
-        load_viewed_vertices(occluder.padded_positions().data() + 4 * first, viewed.view_point);
+    const ViewedVertices v = load_viewed_vertices(occluder.padded_positions().data() + 4 * first, viewed);
     VC code = common_outcodes(v, v);
     if (viewed.horizon) {
         const auto below = hn::Le(height_over_view_point(v, viewed.up), hn::Set(d, viewed.lowest));

@@ -28,23 +28,30 @@ using Codes = hn::RebindToSigned<Floats>;
 using VC = hn::Vec<Codes>;
 
 struct ViewedVertices {
-    VF x, y, z;  ///< Relative to the view point, never 0.
+    VF x, y, z;  ///< Relative to the view point, in the cubemap's frame, never 0.
 };
 
-HWY_INLINE ViewedVertices viewed_vertices(VF x, VF y, VF z, const Vec3f& view_point) {
+HWY_INLINE ViewedVertices viewed_vertices(VF x, VF y, VF z, const ViewedOccluder& viewed) {
     const Floats d;
-    const auto from = [&](VF coordinate, float origin) {
-        const VF difference = hn::Sub(coordinate, hn::Set(d, origin));
-        return hn::IfThenElse(hn::Eq(difference, hn::Zero(d)), hn::Set(d, almost_zero), difference);
+    x = hn::Sub(x, hn::Set(d, viewed.view_point.x));
+    y = hn::Sub(y, hn::Set(d, viewed.view_point.y));
+    z = hn::Sub(z, hn::Set(d, viewed.view_point.z));
+    const auto never_0 = [&](VF coordinate) {
+        return hn::IfThenElse(hn::Eq(coordinate, hn::Zero(d)), hn::Set(d, almost_zero), coordinate);
     };
-    return {from(x, view_point.x), from(y, view_point.y), from(z, view_point.z)};
+    if (!viewed.is_turned) return {never_0(x), never_0(y), never_0(z)};
+    const auto along = [&](const Vec3f& axis) {
+        return never_0(hn::Add(hn::Add(hn::Mul(hn::Set(d, axis.x), x), hn::Mul(hn::Set(d, axis.y), y)),
+                               hn::Mul(hn::Set(d, axis.z), z)));
+    };
+    return {along(viewed.axes[0]), along(viewed.axes[1]), along(viewed.axes[2])};
 }
 
 /// Loads consecutive vertices in the layout of Occluder::padded_positions.
-HWY_INLINE ViewedVertices load_viewed_vertices(const float* positions, const Vec3f& view_point) {
+HWY_INLINE ViewedVertices load_viewed_vertices(const float* positions, const ViewedOccluder& viewed) {
     VF x, y, z, nothing;
     hn::LoadInterleaved4(Floats(), positions, x, y, z, nothing);
-    return viewed_vertices(x, y, z, view_point);
+    return viewed_vertices(x, y, z, viewed);
 }
 
 #if HWY_TARGET != HWY_SCALAR
@@ -64,11 +71,11 @@ HWY_INLINE hn::Vec<D> every_fourth_vertex(D d, const Vertex& vertex, std::size_t
 /// Gathers one vertex per lane: vertex(lane) points to its x, y, z, 0. Copying them to a buffer first would
 /// be slower: the vector load would wait for the stores.
 template <class Vertex>
-HWY_INLINE ViewedVertices gather_viewed_vertices(const Vertex& vertex, const Vec3f& view_point) {
+HWY_INLINE ViewedVertices gather_viewed_vertices(const Vertex& vertex, const ViewedOccluder& viewed) {
     const Floats d;
 #if HWY_TARGET == HWY_SCALAR
     const float* from = vertex(0);
-    return viewed_vertices(hn::LoadU(d, from), hn::LoadU(d, from + 1), hn::LoadU(d, from + 2), view_point);
+    return viewed_vertices(hn::LoadU(d, from), hn::LoadU(d, from + 1), hn::LoadU(d, from + 2), viewed);
 #else
     const VF v0 = every_fourth_vertex(d, vertex, 0), v1 = every_fourth_vertex(d, vertex, 1),
              v2 = every_fourth_vertex(d, vertex, 2), v3 = every_fourth_vertex(d, vertex, 3);
@@ -78,7 +85,7 @@ HWY_INLINE ViewedVertices gather_viewed_vertices(const Vertex& vertex, const Vec
                z01 = pairs(hn::InterleaveUpper(d, v0, v1)), z23 = pairs(hn::InterleaveUpper(d, v2, v3));
     return viewed_vertices(hn::BitCast(d, hn::InterleaveLower(wide, xy01, xy23)),
                            hn::BitCast(d, hn::InterleaveUpper(wide, xy01, xy23)),
-                           hn::BitCast(d, hn::InterleaveLower(wide, z01, z23)), view_point);
+                           hn::BitCast(d, hn::InterleaveLower(wide, z01, z23)), viewed);
 #endif
 }
 

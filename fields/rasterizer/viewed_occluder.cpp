@@ -8,8 +8,9 @@ namespace haarfield {
 // / r^2. The error of a side's image is a small multiple of the float rounding error, divided by the sine of
 // the angle between side and ray. The same sine foreshortens the triangle's other extent, so that it cancels
 // in the product of error and extent. What remains is a comparison of a h with a multiple of r^2.
-ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon) {
-    constexpr double thinnest = 5e-7;  // [rad]
+ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon,
+                       const Rotation* turn) {
+    const double thinnest = turn ? 1e-6 : 5e-7;  // Rotating adds rounding errors. [rad]
     const Vec3d from_centre = Vec3d(view_point) - occluder.planes().centre;
     const double farthest = from_centre.length() + occluder.bounds().radius();
     ViewedOccluder viewed;
@@ -19,7 +20,12 @@ ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const 
     if (horizon) {
         viewed.horizon = true;
         viewed.up = *horizon;
+        viewed.object_up = turn ? turn->back(*horizon) : *horizon;
         viewed.lowest = 1e-5f * occluder.bounds().radius();
+    }
+    if (turn) {
+        viewed.is_turned = true;
+        for (std::size_t axis = 0; axis < 3; ++axis) viewed.axes[axis] = Vec3f(turn->row[axis]);
     }
     return viewed;
 }
@@ -33,11 +39,8 @@ int facing(const Occluder& occluder, const ViewedOccluder& viewed, std::uint32_t
     if (!front && !back) return 0;
     if (occluder.edges().loose[triangle / 64] >> (triangle % 64) & 1) return 0;
     const auto is_below = [&](std::uint32_t v) {
-        const Vec3f& at = occluder.positions()[v];
-        const float x = from_view_point(at.x, viewed.view_point.x),
-                    y = from_view_point(at.y, viewed.view_point.y),
-                    z = from_view_point(at.z, viewed.view_point.z);
-        return viewed.up.x * x + viewed.up.y * y + viewed.up.z * z <= viewed.lowest;
+        const Vec3f at = viewed.viewed(occluder.positions()[v]);
+        return viewed.up.x * at.x + viewed.up.y * at.y + viewed.up.z * at.z <= viewed.lowest;
     };
     const auto& vertices = occluder.triangles()[triangle];
     if (viewed.horizon && std::all_of(vertices.begin(), vertices.end(), is_below)) return 0;

@@ -33,15 +33,14 @@ VisibilityRasterizer& VisibilityRasterizer::operator=(VisibilityRasterizer&&) no
 std::span<const std::uint8_t> VisibilityRasterizer::open_samples(const Occluder& occluder,
                                                                  const Vec3f& view_point,
                                                                  const Vec3f* horizon) {
-    const OccluderView view{&occluder, view_point, horizon};
-    return open_samples(std::span(&view, 1));
+    return open_samples(OccluderView{&occluder, view_point, horizon});
 }
 
 std::span<const std::uint8_t> VisibilityRasterizer::open_samples(std::span<const OccluderView> views) {
     auto& [blocked, contoured, contour, lines, spans, open] = *buffers_;
     for (std::size_t i = 0; i < views.size(); ++i) {
         const Occluder& occluder = *views[i].occluder;
-        const ViewedOccluder viewed = look_at(occluder, views[i].point, views[i].horizon);
+        const ViewedOccluder viewed = look_at(occluder, views[i].point, views[i].horizon, views[i].turn);
         find_contour(occluder, viewed, contour);
         if (!block_contour(occluder, viewed, contour, lines, i == 0 ? blocked : contoured))
             std::fill(contour.left.begin(), contour.left.end(), ~std::uint64_t(0));

@@ -20,6 +20,9 @@ struct OccluderView {
     /// Unit normal of a surface through the point. Triangles entirely below the surface are skipped. Null: no
     /// surface.
     const Vec3f* horizon = nullptr;
+    /// Rotates from the occluder's frame to the cubemap's, which is also that of the horizon. Null: both have
+    /// the same axes.
+    const Rotation* turn = nullptr;
 };
 
 /// Rasterizes occluders. Keeps its buffers, so that repeated use allocates nothing.
@@ -46,8 +49,12 @@ public:
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
 
-    /// Returns the visibility around several occluders: a sample is open if none of them blocks it. Their
-    /// frames may differ only by translation and scale.
+    /// Returns the visibility around an occluder in any frame.
+    std::span<const std::uint8_t> open_samples(const OccluderView& view) {
+        return open_samples(std::span(&view, 1));
+    }
+
+    /// Returns the visibility around several occluders: a sample is open if none of them blocks it.
     ///
     /// cost  the sum of their costs, and one pass over the cubemap's samples for each.
     std::span<const std::uint8_t> open_samples(std::span<const OccluderView> views);

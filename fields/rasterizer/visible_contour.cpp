@@ -35,8 +35,7 @@ void tell_below(const Occluder& occluder, const ViewedOccluder& viewed, std::uin
     const Codes di;
     const hn::Rebind<std::uint8_t, Floats> bytes;
     for (std::size_t v = 0; v < occluder.positions().size(); v += hn::Lanes(d)) {
-        const ViewedVertices at =
-            load_viewed_vertices(occluder.padded_positions().data() + 4 * v, viewed.view_point);
+        const ViewedVertices at = load_viewed_vertices(occluder.padded_positions().data() + 4 * v, viewed);
         const auto is_below = hn::Le(height_over_view_point(at, viewed.up), hn::Set(d, viewed.lowest));
         hn::StoreU(hn::DemoteTo(bytes, hn::IfThenElseZero(hn::RebindMask(di, is_below), hn::Set(di, 1))),
                    bytes, below + v);
@@ -49,7 +48,7 @@ void list_clusters(const OccluderEdges& edges, float radius, const ViewedOcclude
                    VisibleContour& contour) {
     const Floats d;
     const hn::RebindToUnsigned<Floats> du;
-    const Vec3f &p = viewed.from_centre, &up = viewed.up;
+    const Vec3f &p = viewed.from_centre, &up = viewed.object_up;
     const auto absolute = [](const Vec3f& v) { return Vec3f(std::abs(v.x), std::abs(v.y), std::abs(v.z)); };
     const Vec3f p_extent = absolute(p), up_extent = absolute(up);
     const VF thin = hn::Set(d, viewed.thin), rounding = hn::Set(d, box_rounding * (p.length() + radius));
@@ -208,6 +207,8 @@ void sort_by_face(const Occluder& occluder, const ViewedOccluder& viewed, Visibl
     // rounded up, so that buffers rarely grow
     const std::size_t room = std::bit_ceil(contour.count) + hn::MaxLanes(d);
     std::uint32_t outside[cubemap_faces];
+    if (viewed.is_turned)
+        for (AlignedBuffer<float>& ends : contour.viewed_ends) ends.reserve(room);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         VisibleContour::OfFace& of_face = contour.of_face[face];
         for (std::size_t k = 0; k < 6; ++k) {
@@ -223,10 +224,12 @@ void sort_by_face(const Occluder& occluder, const ViewedOccluder& viewed, Visibl
         const std::uint32_t* numbers = contour.numbers.data() + i;
         const auto end = [&](std::size_t s) {
             return gather_viewed_vertices(
-                [&](std::size_t k) { return edge_ends(occluder.edges(), numbers[k])[s]; }, viewed.view_point);
+                [&](std::size_t k) { return edge_ends(occluder.edges(), numbers[k])[s]; }, viewed);
         };
         const ViewedVertices p = end(0), q = end(1);
         const VF values[7] = {p.x, p.y, p.z, q.x, q.y, q.z, hn::Load(d, contour.weights.data() + i)};
+        if (viewed.is_turned)
+            for (std::size_t k = 0; k < 6; ++k) hn::StoreU(values[k], d, contour.viewed_ends[k].data() + i);
         const auto codes = hn::BitCast(du, common_outcodes(p, q));
         const auto valid = hn::FirstN(du, contour.count - i);
         for (std::size_t face = 0; face < cubemap_faces; ++face) {

@@ -20,6 +20,8 @@ struct VisibleContour {
     /// For each edge, the layers on its left, viewed from its first end, minus those on its right: +-1 or
     /// +-2.
     AlignedBuffer<float> weights;
+    /// For turned occluders: x, y, z of the first ends relative to the view point, then of the second.
+    std::array<AlignedBuffer<float>, 6> viewed_ends;
 
     /// Edges that may cross sub-columns of a face, on the face or between it and the pole of the sub-columns.
     struct OfFace {

@@ -48,17 +48,12 @@ Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const Em
     return radiance_from_lamps(lamps, rays, material, at) + Components<Vec3d>(by_emitters);
 }
 
-Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
-                                    const std::stop_token& stop) {
-    HF_TRY(InstanceOccluders occluders, InstanceOccluders::make(scene, nullptr, stop));
-    DenseScene made{scene,
-                    DenseLight(scene.environment, face_size, rule),
-                    std::move(occluders),
-                    {},
-                    placed_lamps(scene.lamps),
-                    scene_emitters(scene)};
-    made.rays.build(scene);
-    return made;
+DenseScene::DenseScene(const ShadedScene& of, int face_size, const SourceRule& rule)
+    : scene(of),
+      light(of.environment, face_size, rule),
+      lamps(placed_lamps(of.lamps)),
+      emitters(scene_emitters(of)) {
+    rays.build(scene);
 }
 
 DenseShader::DenseShader(const DenseScene& dense) : dense_(dense), rasterizer_(dense.light.face_size) {}
@@ -68,20 +63,17 @@ Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point) 
 }
 
 Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const ShadingPoint& at) {
-    const auto& [scene, light, occluders, rays, lamps, emitters] = dense_;
+    const auto& [scene, light, rays, lamps, emitters] = dense_;
     const ShadedInstance& placed = scene.instances[instance];
     const ShadedEntity& entity = scene.entities[placed.entity];
     visibility_.assign(light.directions.size(), 1.0f);
-    multiply_by_open(visibility_,
-                     rasterizer_.open_samples(occluders[instance].own(),
-                                              placed.placement.rotate(point.sample), &at.brdf.normal));
+    multiply_by_open(visibility_, rasterizer_.open_samples(own_view(scene, instance, point.sample, at)));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance) continue;
         const Placement& placement = scene.instances[other].placement;
         const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
         if (occlusion.in_coarse()(placement.point_to_object(at.outside))) return {};
-        multiply_by_open(visibility_, rasterizer_.open_samples(occluders[other].coarse(),
-                                                               placement.point_to_turned(at.outside)));
+        multiply_by_open(visibility_, rasterizer_.open_samples(view_of(scene, other, at)));
     }
     Components<Vec3d> radiance;
     for (std::size_t i = 0; i < visibility_.size(); ++i)
@@ -95,8 +87,7 @@ Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, 
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                            const Progress& progress, const PointSharing* sharing) {
-    HF_TRY(const DenseScene dense,
-           DenseScene::make(scene, settings.face_size, settings.sources, progress.stop));
+    const DenseScene dense(scene, settings.face_size, settings.sources);
     return evaluated_vertices(
         scene,
         [&]() -> VertexEvaluation {

@@ -5,7 +5,6 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/vertex_loop.h"
-#include "shading/visibility/turned_occluders.h"
 
 namespace haarfield {
 
@@ -27,14 +26,10 @@ struct DenseLight {
 /// The light and the occluders of the oracle.
 struct DenseScene {
     /// The scene must outlive the result and must not change.
-    ///
-    /// errors  interrupted.
-    static Result<DenseScene> make(const ShadedScene& scene, int face_size, const SourceRule& rule = {},
-                                   const std::stop_token& stop = {});
+    DenseScene(const ShadedScene& scene, int face_size, const SourceRule& rule = {});
 
     const ShadedScene& scene;
     DenseLight light;
-    InstanceOccluders occluders;
     ShadowRays rays;
     std::vector<PlacedLamp> lamps;
     EmitterTree emitters;

@@ -237,8 +237,7 @@ Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const Bud
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress) {
-    HF_TRY(const DenseScene dense,
-           DenseScene::make(scene, settings.face_size, settings.sources, progress.stop));
+    const DenseScene dense(scene, settings.face_size, settings.sources);
     struct Radiances {
         Rgb interpolated{0.0f}, exact{0.0f};
         bool counts = false;

@@ -86,12 +86,6 @@ OracleContext::OracleContext(const ShadedScene& of, std::span<const Mesh* const>
       exact_pyramid(haar_cubemap<Rgb>(light.light, settings.face_size, {}), settings.face_size),
       baked_light(scene_light(scene, settings)) {
     for (const Mesh* mesh : meshes) originals.push_back(make_occluder(*mesh));
-    for (const ShadedInstance& instance : scene.instances) {
-        const Rotation& rotation = instance.placement.rotate;
-        turned_originals.push_back(is_identity(rotation) ? nullptr
-                                                         : std::make_unique<const Occluder>(turned_occluder(
-                                                               originals[instance.entity], rotation)));
-    }
     truncated = truncated_light(
         haar_cubemap<Rgb>(light.light, settings.face_size, {settings.light_coefficients}), light);
 }
@@ -116,18 +110,18 @@ public:
         if (!list_occluders(instance)) return result;
 
         const std::vector<Vec3d> response = responses(context_.light);
-        const std::vector<float> exact = seen([&](const OccluderView& s, std::span<float> v) { see(s, v); });
+        const std::vector<float> exact = seen([&](const SeenOccluder& s, std::span<float> v) { see(s, v); });
         result.oracle = visible_radiance(response, exact);
         result.lighting = visible_radiance(responses(context_.truncated), exact);
-        result.original = visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
+        result.original = visible_radiance(response, seen([&](const SeenOccluder& s, std::span<float> v) {
                                                see_original(s, v, rasterizer_);
                                            }));
         result.visibility = visible_radiance(
-            response, seen([&](const OccluderView& s, std::span<float> v) { see_truncated(s, v); }));
+            response, seen([&](const SeenOccluder& s, std::span<float> v) { see_truncated(s, v); }));
         for (const bool planar : {true, false}) {
             bool found = false;
             (planar ? result.planar : result.spherical) =
-                visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
+                visible_radiance(response, seen([&](const SeenOccluder& s, std::span<float> v) {
                                      if (s.field && s.lookup.planar == planar) {
                                          see_interpolated(s, v);
                                          found = true;
@@ -137,7 +131,7 @@ public:
                                  }));
             (planar ? result.has_planar : result.has_spherical) = found;
         }
-        result.distant = visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
+        result.distant = visible_radiance(response, seen([&](const SeenOccluder& s, std::span<float> v) {
                                               result.has_distant |= s.impostor_of != nullptr;
                                               see_from_afar(s, v);
                                           }));
@@ -145,12 +139,12 @@ public:
         result.shallow = walked(exact, context_.settings.depth);
 
         const std::vector<Vec3d> fine_response = responses(context_.fine_light);
-        result.finer = visible_radiance(
-            fine_response, seen_finely([&](const OccluderView& s, std::span<float> v) {
-                multiply_by_open(v, fine_rasterizer_.open_samples(*s.occluder, s.point, s.horizon));
-            }));
+        result.finer =
+            visible_radiance(fine_response, seen_finely([&](const SeenOccluder& s, std::span<float> v) {
+                                 multiply_by_open(v, fine_rasterizer_.open_samples(s.coarse));
+                             }));
         result.finest =
-            visible_radiance(fine_response, seen_finely([&](const OccluderView& s, std::span<float> v) {
+            visible_radiance(fine_response, seen_finely([&](const SeenOccluder& s, std::span<float> v) {
                                  see_original(s, v, fine_rasterizer_);
                              }));
         add_sources(result);
@@ -159,11 +153,9 @@ public:
 
 private:
     /// An occluder of the vertex.
-    struct OccluderView {
-        const Occluder* occluder = nullptr;
-        const Occluder* original = nullptr;
-        Vec3f point{0.0f};                       ///< Viewpoint in the occluder's frame.
-        const Vec3f* horizon = nullptr;          ///< For the vertex's own entity.
+    struct SeenOccluder {
+        OccluderView coarse;
+        OccluderView original;                   ///< The same view of the original mesh.
         const VisibilityField* field = nullptr;  ///< Null if it is not interpolated from a field.
         bool truncated = false;                  ///< True if the bake uses a truncated tree of it.
         Truncation truncation;
@@ -178,13 +170,11 @@ private:
             return Truncation{field.settings.coefficients, field.settings.relative_l2_error};
         };
         seen_.clear();
-        const Rotation& rotation = scene.instances[instance].placement.rotate;
-        seen_.push_back({&context_.geometry.occluders[instance].own(),
-                         &original(instance),
-                         rotation(point_.sample),
-                         &at_.brdf.normal,
+        const OccluderView own = own_view(scene, instance, point_.sample, at_);
+        seen_.push_back({own,
+                         with_original(own, instance),
                          nullptr,
-                         is_identity(rotation),
+                         !own.turn,
                          truncation(*entity_->field),
                          {},
                          nullptr});
@@ -193,12 +183,11 @@ private:
             const ShadedInstance& other = scene.instances[i];
             const ShadedEntity& entity = scene.entities[other.entity];
             if (entity.occlusion->in_coarse()(other.placement.point_to_object(at_.outside))) return false;
-            const Occluder& coarse = context_.geometry.occluders[i].coarse();
-            const Vec3f from = other.placement.point_to_turned(at_.outside);
-            const std::span<const std::uint8_t> open = rasterizer_.open_samples(coarse, from);
+            const OccluderView coarse = view_of(scene, i, at_);
+            const std::span<const std::uint8_t> open = rasterizer_.open_samples(coarse);
             if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
-            OccluderView seen{&coarse, &original(i), from, nullptr, nullptr, false, truncation(*entity.field),
-                              {},      nullptr};
+            SeenOccluder seen{coarse, with_original(coarse, i), nullptr, false, truncation(*entity.field), {},
+                              nullptr};
             const OcclusionKind visibility = occlusion_of(scene, context_.geometry, i, at_).visibility;
             if (visibility == OcclusionKind::distant && context_.geometry.impostors[other.entity])
                 seen.impostor_of = &other;
@@ -212,9 +201,9 @@ private:
         return true;
     }
 
-    const Occluder& original(std::size_t instance) const {
-        const auto& turned = context_.turned_originals[instance];
-        return turned ? *turned : context_.originals[context_.scene.instances[instance].entity];
+    OccluderView with_original(OccluderView view, std::size_t instance) const {
+        view.occluder = &context_.originals[context_.scene.instances[instance].entity];
+        return view;
     }
 
     std::vector<Vec3d> responses(const DenseLight& light) const {
@@ -228,20 +217,20 @@ private:
     template <class See>
     std::vector<float> seen(const See& see_past) const {
         std::vector<float> visibility(context_.light.directions.size(), 1.0f);
-        for (const OccluderView& s : seen_) see_past(s, std::span(visibility));
+        for (const SeenOccluder& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
     template <class See>
     std::vector<float> seen_finely(const See& see_past) const {
         std::vector<float> visibility(context_.fine_light.directions.size(), 1.0f);
-        for (const OccluderView& s : seen_) see_past(s, std::span(visibility));
+        for (const SeenOccluder& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
 
-    void see(const OccluderView& seen, std::span<float> visibility) {
-        multiply_by_open(visibility, rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon));
+    void see(const SeenOccluder& seen, std::span<float> visibility) {
+        multiply_by_open(visibility, rasterizer_.open_samples(seen.coarse));
     }
-    void see_from_afar(const OccluderView& seen, std::span<float> visibility) {
+    void see_from_afar(const SeenOccluder& seen, std::span<float> visibility) {
         if (!seen.impostor_of) return see(seen, visibility);
         impostor_texels_.assign(visibility.size(), 255);
         context_.geometry.impostors[seen.impostor_of->entity]->hide(seen.impostor_of->placement, at_.outside,
@@ -249,24 +238,23 @@ private:
         for (std::size_t i = 0; i < visibility.size(); ++i)
             visibility[i] *= static_cast<float>(impostor_texels_[i]) / 255;
     }
-    static void see_original(const OccluderView& seen, std::span<float> visibility,
+    static void see_original(const SeenOccluder& seen, std::span<float> visibility,
                              VisibilityRasterizer& rasterizer) {
-        multiply_by_open(visibility, rasterizer.open_samples(*seen.original, seen.point, seen.horizon));
+        multiply_by_open(visibility, rasterizer.open_samples(seen.original));
     }
-    void see_truncated(const OccluderView& seen, std::span<float> visibility) {
+    void see_truncated(const SeenOccluder& seen, std::span<float> visibility) {
         if (!seen.truncated) return see(seen, visibility);
-        transform_(rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon), seen.horizon,
-                   seen.truncation, truncated_);
+        transform_(rasterizer_.open_samples(seen.coarse), seen.coarse.horizon, seen.truncation, truncated_);
         multiply_by_tree(visibility, tree_(truncated_), context_.light.face_size);
     }
-    void see_interpolated(const OccluderView& seen, std::span<float> visibility) {
+    void see_interpolated(const SeenOccluder& seen, std::span<float> visibility) {
         const Interpolation& samples = seen.lookup.samples;
         std::vector<float> sum(visibility.size(), samples.count == 0 ? 1.0f : samples.open);
         for (std::size_t k = 0; k < std::size_t(samples.count); ++k) {
             const Vec3f at = seen.lookup.planar ? seen.field->planar.sample_position(samples.sample[k]) +
                                                       planar_lift(*seen.field)
                                                 : seen.field->spherical.sample_position(samples.sample[k]);
-            const std::span<const std::uint8_t> open = rasterizer_.open_samples(*seen.occluder, at);
+            const std::span<const std::uint8_t> open = rasterizer_.open_samples(*seen.coarse.occluder, at);
             for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += samples.weight[k] * open_fraction(open[i]);
         }
         for (std::size_t i = 0; i < sum.size(); ++i) visibility[i] *= sum[i];
@@ -327,7 +315,7 @@ private:
     const ShadedEntity* entity_ = nullptr;  ///< Entity of the current vertex.
     SurfacePoint point_;
     ShadingPoint at_;
-    std::vector<OccluderView> seen_;  ///< Its own entity first.
+    std::vector<SeenOccluder> seen_;  ///< Its own entity first.
 };
 
 VertexOracles::VertexOracles(const OracleContext& context) : vertex_(std::make_unique<Vertex>(context)) {}

@@ -24,8 +24,7 @@ struct OracleContext {
     const ShadedScene& scene;
     const RenderSettings& settings;  ///< Of the bake.
     const ShadingGeometry& geometry;
-    std::vector<Occluder> originals;                                ///< By entity.
-    std::vector<std::unique_ptr<const Occluder>> turned_originals;  ///< By instance; null: not rotated.
+    std::vector<Occluder> originals;          ///< By entity.
     DenseLight light, truncated, fine_light;  ///< Truncated to the bake's wavelets; with the finest texels.
     LightPyramid exact_pyramid;               ///< Of `light`.
     SceneLight baked_light;                   ///< Of the bake.

@@ -114,14 +114,11 @@ Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, co
 RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
                         const ShadingGeometry& geometry, const MotionTransfer::Viewpoint& from) {
     RowInterpolation result{from.row, {}};
-    const ShadedInstance& moving = scene.instances[transfer.instance];
-    const Bounds& bounds = geometry.occluders[transfer.instance].coarse().bounds();
-    const float reach = geometry.reach * bounds.radius();
-    if (!((moving.placement.point_to_turned(from.point.outside) - bounds.centre()).length2() < reach * reach))
-        return result;
-    if (is_below_horizon(geometry.occluders[transfer.instance].coarse(), moving.placement, from.point))
-        return result;
-    const FieldLookup lookup = field_lookup(transfer.around, moving, from.point);
+    const ShadingGeometry::Instance& moving = geometry.instances[transfer.instance];
+    const float reach = geometry.reach * moving.radius;
+    if (!((from.point.outside - moving.middle).length2() < reach * reach)) return result;
+    if (is_below_horizon(scene, transfer.instance, from.point)) return result;
+    const FieldLookup lookup = field_lookup(transfer.around, scene.instances[transfer.instance], from.point);
     result.at = lookup.samples;
     const auto first = lookup.planar ? 0u : transfer.around.planar.sample_count();
     for (std::size_t k = 0; k < std::size_t(result.at.count); ++k) {
@@ -165,7 +162,7 @@ Result<MovingOcclusion> moving_occlusion(const ShadedScene& scene, const Shading
     HF_TRY(
         const VisibilityField field,
         precompute_surroundings(
-            own.entity, geometry.occluders[instance].coarse(),
+            own.entity, turned_occluder(scene.entities[entity].occlusion->coarse(), placement.rotate),
             [&](const Vec3f& point) { return is_inside(placement.rotate.back(point)); }, wanted, progress));
     HF_TRY(const WideVisibility visibility, WideVisibility::make(field, {}, progress.stop));
     return sampled_occlusion(field, visibility, error, progress);

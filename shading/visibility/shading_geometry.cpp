@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "fields/base/parallel_loop.h"
 #include "fields/base/spiral.h"
+#include "fields/preparation/mesh_simplification.h"
 #include "shading/scene/light_sources.h"
 
 namespace haarfield {
@@ -36,6 +38,11 @@ bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
         highest +=
             normal[axis] * ((normal[axis] > 0 ? bounds.upper[axis] : bounds.lower[axis]) - point[axis]);
     return highest <= 0;
+}
+
+/// Returns a placement's rotation as OccluderView expects it.
+const Rotation* turn_of(const Placement& placement) {
+    return is_identity(placement.rotate) ? nullptr : &placement.rotate;
 }
 
 bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const ShadingPoint& at) {
@@ -118,7 +125,43 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
                                    std::move(polygons),
                                    0,
                                    0,
-                                   BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
+                                   BuriedFill(*entity.mesh, entity.occlusion->samples().buried),
+                                   std::nullopt};
+}
+
+/// Makes simplifications of an occluder. Each is used from the distance at which its RMS distance from the
+/// coarse mesh subtends a small part of a texel. None after a stop request.
+std::vector<ShadingGeometry::Entity::Level> levels_of(const Occluder& coarse, int face_size,
+                                                      const std::stop_token& stop) {
+    constexpr std::size_t fewest_triangles = 1000;
+    constexpr float largest_shift = 0.1f;  // texels
+    std::vector<ShadingGeometry::Entity::Level> levels;
+    if (coarse.triangles().size() < fewest_triangles) return levels;
+    Mesh mesh;
+    mesh.positions = coarse.positions();
+    mesh.triangles = coarse.triangles();
+    const float shift = largest_shift * 2 / static_cast<float>(face_size);
+    try {
+        for (const CoarserMesh& coarser : coarser_meshes(mesh, {{}, stop}))
+            levels.push_back({make_occluder(coarser.mesh), coarser.distance / shift});
+    } catch (const Interrupted&) {
+        levels.clear();
+    }
+    return levels;
+}
+
+/// Makes the levels of all entities that have none yet.
+Result<Done> add_levels(const ShadedScene& scene, ShadingGeometry& geometry, const Progress& progress) {
+    return parallel_loop({scene.entities.size()},
+                         [&]() -> LoopBody {
+                             return [&](std::size_t e) {
+                                 if (!geometry.entities[e].levels)
+                                     geometry.entities[e].levels =
+                                         levels_of(scene.entities[e].occlusion->coarse(), geometry.face_size,
+                                                   progress.stop);
+                             };
+                         },
+                         "simplifying", {{}, progress.stop});
 }
 
 }  // namespace
@@ -140,8 +183,8 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                  ? most_rasterized
                                  : std::numeric_limits<std::size_t>::max(),
                              settings.reach,
+                             settings.occlusion == Occlusion::automatic,
                              DirectionPyramid(settings.face_size),
-                             {},
                              {},
                              {},
                              InstanceGrid({}),
@@ -185,7 +228,11 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
 }
 
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry, const Progress& progress) {
-    HF_TRY(InstanceOccluders occluders, InstanceOccluders::make(scene, &geometry.occluders, progress.stop));
+    if (geometry.simplifies && scene.instances.size() > 1)
+        if (Result<Done> added = add_levels(scene, geometry, progress); !added) {
+            for (ShadingGeometry::Entity& entity : geometry.entities) entity.levels.reset();
+            return added;
+        }
     std::vector<ShadingGeometry::Instance> instances;
     std::vector<Sphere> spheres;
     Bounds bounds;
@@ -208,7 +255,6 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
         }
         geometry.impostors[e] = std::move(*made);
     }
-    geometry.occluders = std::move(occluders);
     geometry.grid = InstanceGrid(spheres, bounds);
     geometry.rays.place(scene);
     geometry.openness.reset();
@@ -228,8 +274,37 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
     return {false, field.spherical.interpolation(point)};
 }
 
-bool is_below_horizon(const Occluder& coarse, const Placement& placement, const ShadingPoint& at) {
-    return lies_below(coarse.bounds(), placement.point_to_turned(at.outside), at.brdf.normal);
+bool is_below_horizon(const ShadedScene& scene, std::size_t instance, const ShadingPoint& at) {
+    const auto& [entity, placement] = scene.instances[instance];
+    const Bounds& bounds = scene.entities[entity].occlusion->coarse().bounds();
+    if (is_identity(placement.rotate))
+        return lies_below(bounds, placement.point_to_turned(at.outside), at.brdf.normal);
+    return lies_below(bounds, placement.point_to_object(at.outside),
+                      placement.direction_to_object(at.brdf.normal));
+}
+
+OccluderView own_view(const ShadedScene& scene, std::size_t instance, const Vec3f& sample,
+                      const ShadingPoint& at) {
+    const auto& [entity, placement] = scene.instances[instance];
+    return {&scene.entities[entity].occlusion->own(), sample, &at.brdf.normal, turn_of(placement)};
+}
+
+const Occluder& occluder_for(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
+                             const ShadingPoint& at) {
+    const auto& [entity, placement] = scene.instances[instance];
+    const ShadingGeometry::Instance& seen = geometry.instances[instance];
+    const float distance = ((seen.middle - at.outside).length() - seen.radius) / placement.scale;
+    const Occluder* best = &scene.entities[entity].occlusion->coarse();
+    if (const auto& levels = geometry.entities[entity].levels)
+        for (const ShadingGeometry::Entity::Level& level : *levels)
+            if (distance >= level.nearest) best = &level.occluder;
+    return *best;
+}
+
+OccluderView view_of(const ShadedScene& scene, std::size_t instance, const ShadingPoint& at) {
+    const auto& [entity, placement] = scene.instances[instance];
+    return {&scene.entities[entity].occlusion->coarse(), placement.point_to_object(at.outside), nullptr,
+            turn_of(placement)};
 }
 
 InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& geometry,
@@ -239,7 +314,7 @@ InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& 
     const Vec3f to_middle = seen.middle - at.outside;
     const float squared_distance = to_middle.length2(), reach = geometry.reach * seen.radius;
     if (!(squared_distance < reach * reach) || to_middle.dot(at.brdf.normal) <= -seen.radius ||
-        is_below_horizon(geometry.occluders[instance].coarse(), placed.placement, at))
+        is_below_horizon(scene, instance, at))
         return {OcclusionKind::open};
     const float share = squared_distance / (seen.nearer * seen.nearer);
     if (share >= 1) return {OcclusionKind::distant};

@@ -34,8 +34,7 @@ bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const Sh
 
 bool VertexVisibility::look(std::size_t instance, const SurfacePoint& surface, const ShadingPoint& point) {
     clear(point);
-    rasterized_.push_back({&geometry_.occluders[instance].own(),
-                           scene_.instances[instance].placement.rotate(surface.sample), &point.brdf.normal});
+    rasterized_.push_back(own_view(scene_, instance, surface.sample, point));
     return add_occlusion_by_others(instance, point);
 }
 
@@ -117,11 +116,12 @@ void VertexVisibility::choose_candidates(const ShadingPoint& point) {
 }
 
 void VertexVisibility::rasterize(std::uint32_t instance, const ShadingPoint& point) {
-    const Occluder& occluder = geometry_.occluders[instance].coarse();
-    const Vec3f from = scene_.instances[instance].placement.point_to_turned(point.outside);
+    OccluderView view = view_of(scene_, instance, point);
+    view.occluder = &occluder_for(scene_, geometry_, instance, point);
     // The test for triangles below the horizon has a cost.
-    const bool mostly_below = (occluder.bounds().centre() - from).dot(point.brdf.normal) < 0;
-    rasterized_.push_back({&occluder, from, mostly_below ? &point.brdf.normal : nullptr});
+    if ((geometry_.instances[instance].middle - point.outside).dot(point.brdf.normal) < 0)
+        view.horizon = &point.brdf.normal;
+    rasterized_.push_back(view);
 }
 
 }  // namespace haarfield

@@ -11,7 +11,8 @@ namespace haarfield {
 ///
 /// Instances that are evaluated exactly become cones if they have few triangles. Otherwise all of them are
 /// rasterized into one cubemap. With Occlusion::automatic at most eight are rasterized: those that are
-/// nearest, relative to the distance within which they are exact. This bounds the cost in a crowd. Distant
+/// nearest, relative to the distance within which they are exact. This bounds the cost in a crowd. The same
+/// mode rasterizes simplifications of those that are far enough away (occluder_for). Distant
 /// instances multiply the same cubemap by their impostors. Instances that are out of reach, or below the
 /// vertex's horizon, cost only a lookup in the grid.
 ///

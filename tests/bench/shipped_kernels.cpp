@@ -128,7 +128,7 @@ struct Subject {
     /// Returns the error of the current radiance at one vertex in five, against sums over the texels of
     /// rasterized visibility and rays to all points of the sun.
     double error() const {
-        const DenseScene dense = *DenseScene::make(room.scene, Room::size);
+        const DenseScene dense(room.scene, Room::size);
         DenseShader shader(dense);
         const VertexRows rows(room.scene, room.geometry());
         RelativeError sum;
