@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "fields/base/spiral.h"
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/path_tracer.h"
+#include "shading/bounces/gathering_directions.h"
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/relative_error.h"
 #include "tests/fixtures/with_threads.h"
@@ -199,6 +201,66 @@ TEST(Bounces, EveryOtherRowIsUpdated) {
         for (std::size_t row = 0; row < rows; ++row)
             EXPECT_EQ(updated[row], row % 2 == first ? all[row] : Rgb(-1.0f)) << row;
     }
+}
+
+TEST(Bounces, GatheringDirectionsAreThoseOfASpiralInCompactPackets) {
+    for (int rays = least_gathering_rays; rays <= most_gathering_rays; rays *= 2) {
+        const std::span<const Vec3f> found = gathering_directions(rays);
+        ASSERT_EQ(found.size(), std::size_t(rays));
+        const auto less = [](const Vec3f& a, const Vec3f& b) {
+            return std::tie(a.z, a.x, a.y) < std::tie(b.z, b.x, b.y);
+        };
+        std::vector<Vec3f> sorted(found.begin(), found.end()), spiral;
+        for (int k = 0; k < rays; ++k)
+            spiral.push_back(
+                Vec3f(spiral_direction(std::size_t(k), std::sqrt((double(k) + 0.5) / double(rays)))));
+        std::ranges::sort(sorted, less);
+        std::ranges::sort(spiral, less);
+        EXPECT_EQ(sorted, spiral);
+
+        // The unit disc below the directions has an area of pi, of which a packet covers its share.
+        double square_radii = 0;
+        for (std::size_t first = 0; first < found.size(); first += 16) {
+            Vec3f centre(0.0f);
+            for (const Vec3f& d : found.subspan(first, 16)) centre += d / 16.0f;
+            for (const Vec3f& d : found.subspan(first, 16))
+                square_radii += double((d - centre).x * (d - centre).x + (d - centre).y * (d - centre).y);
+        }
+        if (rays >= 256) EXPECT_LT(square_radii / rays, 1.0 * 16 / rays) << rays;
+    }
+}
+
+TEST(Bounces, HitsOfPacketsAreThoseOfSingleRays) {
+    ExampleScene example;
+    example.add_entity(sphere_mesh({0, 0, 0}, 1, 12), matte(0.5f));
+    example.add_entity(box_mesh({-1, -1, -1}, {1, 1, 1}, 3), matte(0.5f));
+    example.scene.instances = {{0, {{0, 0.2f, 0}, 0.5f, rotation_xyz({0.3f, 0.8f, -0.4f})}},
+                               {1, {{2, 0, 1}, 0.7f}},
+                               {1, {{0, -3, 0}, 2, rotation_xyz({1.3f, -0.2f, 0.4f})}}};
+    const FineSurface surface(example.scene);
+    int met = 0, backs = 0;
+    for (const Vec3f& from : {Vec3f(0.9f, 0.1f, -0.3f), Vec3f(0, 0.2f, 0), Vec3f(0, -1.8f, 1)})
+        for (const std::size_t count : {16, 5, 1}) {
+            const std::span<const Vec3f> all = gathering_directions(256);
+            for (std::size_t first = 0; first + count <= all.size(); first += count) {
+                const std::span<const Vec3f> directions = all.subspan(first, count);
+                const FineSurface::Hits hits = surface.first_hits(example.scene, from, directions);
+                for (std::size_t k = 0; k < count; ++k) {
+                    const std::optional<SurfaceHit> wanted =
+                        surface.first_hit(example.scene, from, directions[k]);
+                    ASSERT_EQ(hits[k].has_value(), wanted.has_value());
+                    if (!wanted) continue;
+                    EXPECT_EQ(hits[k]->instance, wanted->instance);
+                    EXPECT_EQ(hits[k]->is_back, wanted->is_back);
+                    EXPECT_NEAR(hits[k]->distance, wanted->distance, 1e-5f * wanted->distance);
+                    ++met;
+                    backs += wanted->is_back;
+                }
+                for (std::size_t k = count; k < FineSurface::packet; ++k) EXPECT_FALSE(hits[k]);
+            }
+        }
+    EXPECT_GT(met, 500);
+    EXPECT_GT(backs, 100);
 }
 
 TEST(Bounces, PointsGatherTheRadianceAroundThem) {

@@ -21,7 +21,7 @@ constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
 /// The share of the target that the noise of gathered irradiance may have.
 constexpr double gathering_share = 0.25;
-constexpr int least_gathering_rays = 32, most_gathering_rays = 1024;
+constexpr int fewest_rays = 32, most_rays = 1024;
 constexpr std::size_t gathering_points = 128;
 /// Faces are larger while the error of direct light exceeds this share of the target.
 constexpr double largest_direct_share = 0.5;
@@ -250,8 +250,7 @@ int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
     tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
         GatheredPoint& point = points[k];
         point.irradiance =
-            lit.indirect
-                ->gathered_at(lit.scene, point.displayed.at.instance, point.surface, 4 * most_gathering_rays)
+            lit.indirect->gathered_at(lit.scene, point.displayed.at.instance, point.surface, 4 * most_rays)
                 .irradiance;
     });
     double all = 0;
@@ -264,8 +263,8 @@ int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
         all += point.displayed.displayed(shown).length2();
     }
     const double allowed = std::pow(gathering_share * target.error, 2) * all;
-    int rays = least_gathering_rays;
-    for (; rays < most_gathering_rays; rays *= 2) {
+    int rays = fewest_rays;
+    for (; rays < most_rays; rays *= 2) {
         std::vector<double> errors(points.size());
         tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t k) {
             const GatheredPoint& point = points[k];

@@ -1,7 +1,9 @@
 #pragma once
 /// Nearest hits of rays with the fine meshes of a scene.
 
+#include <array>
 #include <optional>
+#include <span>
 
 #include "shading/visibility/instanced_triangles.h"
 
@@ -33,6 +35,16 @@ public:
     /// cost       about 0.2 us.
     std::optional<SurfaceHit> first_hit(const ShadedScene& scene, const Vec3f& from,
                                         const Vec3f& direction) const;
+
+    static constexpr std::size_t packet = 16;  ///< Rays of one packet.
+    /// The hits of a packet, by ray.
+    using Hits = std::array<std::optional<SurfaceHit>, packet>;
+
+    /// Returns the nearest hits of rays from one point: those of first_hit, up to rounding.
+    ///
+    /// directions  at most `packet`, of unit length. Similar directions are faster.
+    /// cost        about 1 us.
+    Hits first_hits(const ShadedScene& scene, const Vec3f& from, std::span<const Vec3f> directions) const;
 
 private:
     InstancedTriangles triangles_;

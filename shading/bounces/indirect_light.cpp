@@ -3,10 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
-#include <cmath>
 
-#include "fields/base/spiral.h"
+#include "shading/bounces/gathering_directions.h"
 #include "shading/bounces/lobe_rays.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/visibility/buried_fill.h"
@@ -133,22 +133,20 @@ GatheredIrradiance IndirectLight::gathered_at(const ShadedScene& scene, std::siz
                                               const SurfacePoint& point, int rays) const {
     const Placement& placement = scene.instances[instance].placement;
     const Vec3f from = placement.point_to_world(point.sample);
-    const Vec3d normal(placement.direction_to_world(point.normal));
+    const Vec3f normal = placement.direction_to_world(point.normal);
     const auto [across, up] = axes_across(normal);
-    // spiral_direction for each ray, with its sines by a recurrence.
-    const double turn_cosine = std::cos(golden_angle), turn_sine = std::sin(golden_angle);
-    double cosine = 1, sine = 0, near = 0;
+    double near = 0;
     Rgb sum(0.0f);
-    for (int k = 0; k < rays; ++k) {
-        const double square = (k + 0.5) / rays, around = std::sqrt(1 - square);
-        const Vec3f direction(across * (around * cosine) + up * (around * sine) + normal * std::sqrt(square));
-        if (const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction)) {
+    std::array<Vec3f, FineSurface::packet> directions;
+    const std::span<const Vec3f> upright = gathering_directions(rays);
+    for (std::size_t first = 0; first < upright.size(); first += directions.size()) {
+        std::ranges::transform(upright.subspan(first, directions.size()), directions.begin(),
+                               [&](const Vec3f& d) { return across * d.x + up * d.y + normal * d.z; });
+        for (const std::optional<SurfaceHit>& hit : surface->first_hits(scene, from, directions)) {
+            if (!hit) continue;
             sum += radiance_of(scene, *hit);
             near += 1 / double(std::max(hit->distance, 1e-12f));
         }
-        const double turned = cosine * turn_cosine - sine * turn_sine;
-        sine = sine * turn_cosine + cosine * turn_sine;
-        cosine = turned;
     }
     return {sum * static_cast<float>(pi / rays), static_cast<float>(near / rays)};
 }
@@ -162,11 +160,23 @@ Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, co
     const Rgb diffuse = brdf.diffuse * arriving;
     if (brdf.specular == Rgb(0.0f)) return {diffuse};
     Rgb sum(0.0f);
+    std::array<LobeRay, FineSurface::packet> rays;
+    std::array<Vec3f, FineSurface::packet> directions;
+    std::size_t count = 0;
+    const auto trace = [&] {
+        const FineSurface::Hits hits = surface->first_hits(scene, from, std::span(directions).first(count));
+        for (std::size_t k = 0; k < count; ++k)
+            if (hits[k])
+                sum += radiance_of(scene, *hits[k]) * (Rgb(1.0f) - brdf.metallic * rays[k].metallic) *
+                       rays[k].weight;
+        count = 0;
+    };
     visit_lobe_rays(brdf, [&](const LobeRay& ray) {
-        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, ray.direction);
-        const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
-        if (hit) sum += radiance_of(scene, *hit) * tint * ray.weight;
+        rays[count] = ray;
+        directions[count] = ray.direction;
+        if (++count == rays.size()) trace();
     });
+    trace();
     return {diffuse, sum * brdf.specular};
 }
 

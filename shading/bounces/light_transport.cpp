@@ -129,21 +129,26 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
         // Numbers start at each instance, so that its directions do not depend on the other instances.
         const std::uint64_t first_number = (row - rows.first(at.instance)) * count;
         double nearness = 0;
-        for (std::uint32_t k = 0; k < count; ++k) {
-            const std::uint64_t number = first_number + k;
-            const Vec3f direction =
-                cosine_direction(sobol_point(static_cast<std::uint32_t>(number)), normal, axes);
-            const std::optional<SurfaceHit> hit = surface.first_hit(scene, from, direction);
-            if (!hit) continue;
-            nearness += 1 / double(std::max(hit->distance, 1e-12f));
-            if (hit->is_back) continue;
-            const std::size_t met = scene.instances[hit->instance].entity;
+        const auto add = [&](const SurfaceHit& hit, std::uint64_t number) {
+            nearness += 1 / double(std::max(hit.distance, 1e-12f));
+            if (hit.is_back) return;
+            const std::size_t met = scene.instances[hit.instance].entity;
             std::array<std::uint32_t, 3> corners{};
             for (std::size_t c = 0; c < 3; ++c)
                 corners[c] = static_cast<std::uint32_t>(
-                    rows.first(hit->instance) +
-                    place[met][scene.entities[met].mesh->triangles[hit->triangle][c]]);
-            sources.push_back(corners[drawn_corner(*hit, corners, hidden_, scattered(number))]);
+                    rows.first(hit.instance) +
+                    place[met][scene.entities[met].mesh->triangles[hit.triangle][c]]);
+            sources.push_back(corners[drawn_corner(hit, corners, hidden_, scattered(number))]);
+        };
+        std::array<Vec3f, FineSurface::packet> ways;
+        for (std::uint32_t k = 0; k < count; k += FineSurface::packet) {
+            const std::size_t rays = std::min<std::size_t>(FineSurface::packet, count - k);
+            for (std::size_t r = 0; r < rays; ++r)
+                ways[r] = cosine_direction(sobol_point(static_cast<std::uint32_t>(first_number + k + r)),
+                                           normal, axes);
+            const FineSurface::Hits hits = surface.first_hits(scene, from, std::span(ways).first(rays));
+            for (std::size_t r = 0; r < rays; ++r)
+                if (hits[r]) add(*hits[r], first_number + k + r);
         }
         nearness_[row] = static_cast<float>(nearness / count);
     };
