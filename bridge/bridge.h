@@ -21,10 +21,12 @@
 /// | declaration | header | purpose |
 /// |---|---|---|
 /// | write_baked_scene | bridge/povray/baked_scene.h | a bake for POV-Ray |
+/// | write_placed_bake | bridge/povray/placed_bake.h | a bake in another POV-Ray scene |
 /// | write_baked_ply, write_baked_csv | bridge/files/mesh_file.h | a bake as PLY or as a table |
 /// | write_baked_glb | bridge/files/glb_file.h | a bake as glTF, with images |
 /// | imported_povray_scene | bridge/povray_import/imported_scene.h | imports a POV-Ray scene |
 /// | probed_light | bridge/povray_import/light_probe.h | the light at a place in a POV-Ray scene |
+/// | models_in_scene | bridge/povray_import/models_in_scene.h | models in a POV-Ray scene, lit by it |
 /// | run_povray, render_scene | bridge/povray/povray_process.h | runs POV-Ray |
 /// | write_reference_scene | bridge/povray/reference_scene.h | the scene for the ray tracer |
 /// | rendered_reference | bridge/povray/reference_picture.h | the reference picture and its error |
@@ -103,9 +105,11 @@
 #include "bridge/pictures/preview.h"
 #include "bridge/povray/baked_scene.h"
 #include "bridge/povray/light_dome.h"
+#include "bridge/povray/placed_bake.h"
 #include "bridge/povray/povray_process.h"
 #include "bridge/povray/reference_picture.h"
 #include "bridge/povray/reference_scene.h"
 #include "bridge/povray_import/imported_scene.h"
 #include "bridge/povray_import/light_probe.h"
+#include "bridge/povray_import/models_in_scene.h"
 #include "scenes/scenes.h"

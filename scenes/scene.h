@@ -108,6 +108,13 @@ struct LampKeyframe {
     std::optional<Vec3f> position, target, colour;  ///< As in Lamp.
 };
 
+/// The POV-Ray scene in which the objects of a scene stand. Its units are the scene's metres.
+struct Surroundings {
+    std::filesystem::path file;  ///< The scene in POV-Ray's language.
+    bool z_up = false;           ///< Its z axis points up, else y.
+    bool left_handed = true;     ///< Its coordinates, as POV-Ray's camera usually shows them.
+};
+
 struct FilesInMemory;
 
 /// A whole scene.
@@ -122,6 +129,7 @@ struct Scene {
     std::vector<SceneLamp> lamps;              ///< In the order of the file.
     std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
     std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
+    std::optional<Surroundings> surroundings;  ///< None: the objects belong to no other scene.
     /// Data that a program supplies in place of files of the scene; null: none. See files_in_memory.h.
     std::shared_ptr<const FilesInMemory> given;
 

@@ -17,12 +17,9 @@
 namespace haarfield {
 namespace {
 
-/// Returns the map from a file's coordinates: scales uniformly, after rotating z upwards if requested.
-/// Left-handed coordinates become right-handed by negating depth.
+/// Returns upright_frame, scaled uniformly.
 AffineMap turned_and_scaled(bool z_up, bool left_handed, double scale) {
-    AffineMap map;
-    if (z_up) map.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
-    if (left_handed) map.axes[z_up ? 1 : 2] *= -1;
+    AffineMap map = upright_frame(z_up, left_handed);
     for (Vec3d& axis : map.axes) axis *= scale;
     return map;
 }
@@ -167,6 +164,13 @@ public:
             if (box.lower.x <= box.upper.x) all.add(box.lower), all.add(box.upper);
         const double longest = longest_side(all);
         scale_ = wanted_.size && longest > 0 ? *wanted_.size / longest : wanted_.unit;
+        if (wanted_.stand_at) {
+            const Vec3d shift = *wanted_.stand_at / scale_ -
+                                Vec3d(double(all.centre().x), double(all.lower.y), double(all.centre().z));
+            for (File& file : files_) file.shift += shift;
+            all.lower += Vec3f(shift);
+            all.upper += Vec3f(shift);
+        }
         if (!wanted_.size && longest * scale_ < smallest_usual_size)
             warnings.push_back(fmt::format(
                 "the models are {:.2g} m large; is their scale applied twice? See --unit and --scale-to",
@@ -736,6 +740,13 @@ void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& sc
 
 }  // namespace
 
+AffineMap upright_frame(bool z_up, bool left_handed) {
+    AffineMap frame;
+    if (z_up) frame.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
+    if (left_handed) frame.axes[z_up ? 1 : 2] *= -1;
+    return frame;
+}
+
 SceneLamp scene_lamp(const ModelLight& light, const AffineMap& world, double scale) {
     SceneLamp lamp;
     lamp.kind = std::array{LampKind::point, LampKind::spot, LampKind::cylinder,
@@ -774,7 +785,7 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
     Importer importer(wanted, progress);
     for (const std::filesystem::path& file : files) HF_TRY_DONE(importer.add(file));
     HF_TRY_DONE(importer.place());
-    ImportedScene imported{std::move(importer.scene), {}, importer.warnings};
+    ImportedScene imported{std::move(importer.scene), {}, importer.warnings, importer.bounds};
     Scene& scene = imported.scene;
     EnvironmentDescription& environment = scene.environment;
     constexpr float floor_grey = 0.3f;

@@ -21,6 +21,8 @@ struct SceneImport {
     std::optional<double> size{};
     bool floor = false;        ///< Adds a floor below the models that extends to the horizon.
     bool keep_places = false;  ///< Leaves models of several files where their files place them.
+    /// If set, moves all models together: the middle of the bottom of their common box is here. [m]
+    std::optional<Vec3d> stand_at{};
     /// Lat-long image that lights the scene in place of a clear sky; empty: none.
     std::filesystem::path environment{};
     bool no_environment = false;  ///< Only the lights of the files light the scene.
@@ -33,7 +35,14 @@ struct ImportedScene {
     Scene scene;
     std::string floor_obj;  ///< Text of the OBJ file that the floor's entities name; empty: no floor.
     std::vector<std::string> warnings;
+    Bounds bounds;  ///< Of all models, without the floor.
 };
+
+/// Returns the rotation or reflection from a file's coordinates to a right-handed frame with y up.
+/// Left-handed coordinates become right-handed by negating depth.
+///
+/// z_up  the file's z axis points up, else y.
+AffineMap upright_frame(bool z_up, bool left_handed);
 
 /// Creates a scene of models, lit by the lights of their files and by a clear sky with the sun at 40 degrees.
 /// The exposure is found automatically. POV-Ray scenes are lit by their own lights alone and get no sky.

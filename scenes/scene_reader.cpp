@@ -88,6 +88,25 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
     table.finish();
 }
 
+// Reads the POV-Ray scene in which the objects stand.
+Surroundings parsed_surroundings(TomlTable table, const std::filesystem::path& folder) {
+    Surroundings surroundings;
+    table.require("scene");
+    table.take("scene", surroundings.file, folder);
+    const auto take_word = [&table](std::string_view key, std::string_view first, std::string_view second) {
+        std::string word(first);
+        table.take(key, word);
+        if (word != first && word != second)
+            table.refuse(
+                key, fmt::format("povray.{} is \"{}\"; expected \"{}\" or \"{}\"", key, word, first, second));
+        return word == first;
+    };
+    surroundings.z_up = !take_word("up", "y", "z");
+    surroundings.left_handed = take_word("handedness", "left", "right");
+    table.finish();
+    return surroundings;
+}
+
 // Reads a POV-Ray finish, with POV-Ray's defaults.
 void take_finish(TomlTable finish, SceneMaterial& material) {
     take_povray_finish(finish, material);
@@ -400,6 +419,8 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         for (TomlTable& instance : tables_of(*instances, "instances", file))
             scene.instances.push_back(parsed_instance(std::move(instance), scene.entities, scene.instances));
     }
+    if (const toml::table* povray = root.take_table("povray"))
+        scene.surroundings = parsed_surroundings(TomlTable(*povray, "povray", file), folder);
     const toml::array* lamps = root.take_array("lights");
     const toml::array* keyframes = root.take_array("keyframes");
     root.finish();

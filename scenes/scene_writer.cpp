@@ -247,6 +247,10 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
     for (const Keyframe& keyframe : scene.keyframes) text += keyframe_text(scene, keyframe);
     for (const SceneLamp& lamp : scene.lamps) text += lamp_text(scene, lamp);
+    if (const std::optional<Surroundings>& surroundings = scene.surroundings)
+        text += fmt::format("[povray]\nscene = {}\nup = \"{}\"\nhandedness = \"{}\"\n\n",
+                            path_text(surroundings->file, folder), surroundings->z_up ? "z" : "y",
+                            surroundings->left_handed ? "left" : "right");
     text.pop_back();
     return text;
 }

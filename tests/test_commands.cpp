@@ -250,6 +250,7 @@ TEST_F(Commands, EveryNumberIsRefusedUnlessItIsInItsRange) {
                 std::vector<std::string> all = arguments;
                 if (command == "work") all.push_back("--task=0");
                 if (command == "probe" && option.name != "--at") all.push_back("--at=0,0,0");
+                if (command == "import" && option.name == "--at") all.push_back("--into=missing");
                 if (option.name == "--batch-tasks") all.push_back("--batches=1");
                 all.push_back(option.name + "=" +
                               (option.is_list() && option.wanted.starts_with("in ") ? "1,1," : "") + value);

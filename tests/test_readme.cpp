@@ -305,7 +305,8 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--detail", {"import"}},
         {"--object", {"import"}},
         {"--object-seconds", {"import"}},
-        {"--at", {"probe"}},
+        {"--at", {"import", "probe"}},
+        {"--into", {"import"}},
         {"--without", {"probe"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;

@@ -1,5 +1,7 @@
 #include "bridge/files/mesh_file.h"
 #include "bridge/pictures/preview.h"
+#include "bridge/povray/placed_bake.h"
+#include "bridge/povray_import/scene_queries.h"
 #include "scenes/bake_search.h"
 #include "scenes/original_vertices.h"
 #include "scenes/scene_bake.h"
@@ -117,6 +119,46 @@ Result<Done> write_worst(const std::filesystem::path& file, const Scene& scene, 
     return Done{};
 }
 
+/// Writes the files that place the bake in an existing scene, and prints how to use them.
+Result<PlacedBake> written_in_place(const std::filesystem::path& folder, const Scene& scene,
+                                    const BakedFiles& files, CommandContext& context) {
+    Result<PlacedBake> placed =
+        write_placed_bake(folder, file_stem(scene), files, scene.camera, scene.surroundings);
+    if (!placed) return placed;
+    context.report["place"] = {{"include", placed->include.string()}, {"object", placed->object}};
+    context.print("place  #include \"{}\" and object {{ {} }} place the bake in {}\n",
+                  placed->include.filename().string(), placed->object,
+                  scene.surroundings ? scene.surroundings->file.filename().string()
+                                     : std::string("a scene of your own"));
+    if (placed->scene.empty()) return placed;
+    context.report["place"]["scene"] = placed->scene.string();
+    return placed;
+}
+
+/// Renders the surroundings with the baked objects.
+Result<Done> render_in_place(const std::filesystem::path& png, const PlacedBake& placed, const Scene& scene,
+                             const SceneOptions& options, CommandContext& context) {
+    constexpr double day = 86400;  // [s]
+    QueryOptions povray;
+    povray.threads = context.threads;
+    povray.sandboxed = !context.unsandboxed;
+    povray.seconds = day;
+    povray.memory = std::uint64_t{1} << 38;
+    std::vector<std::string> arguments{fmt::format("+W{}", scene.camera.width),
+                                       fmt::format("+H{}", scene.camera.height)};
+    if (options.antialiasing > 0)
+        arguments.insert(arguments.end(), {"+A0.1", "+AM1", fmt::format("+R{}", options.antialiasing), "-J"});
+    const Stopwatch watch;
+    const std::filesystem::path folder = std::filesystem::absolute(placed.scene).parent_path();
+    HF_TRY_DONE(render_sandboxed(placed.scene,
+                                 {folder, std::filesystem::absolute(scene.surroundings->file).parent_path()},
+                                 png, std::move(arguments), povray, context.progress));
+    context.report["place"]["image"] = png.string();
+    context.print("image  {}: {} with the baked objects, rendered in {:.1f} s\n", png.string(),
+                  scene.surroundings->file.filename().string(), watch.elapsed().wall);
+    return Done{};
+}
+
 Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
     RenderChoices render = options.render;
     render.bake.error = target_error(render);
@@ -174,6 +216,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     for (const std::filesystem::path& image : files.images)
         context.report["images"].push_back(image.string());
     context.print("scene  {} with {} includes\n", files.scene.string(), files.includes.size());
+    HF_TRY(const PlacedBake placed, written_in_place(output, scene, files, context));
     std::optional<OriginalBake> original;
     std::vector<MeshFormat> formats;
     for (const std::string& name : options.formats)
@@ -206,6 +249,8 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     const PovrayOptions povray = povray_options(scene, options.scene, context);
     HF_TRY(const RenderedScene rendered, render_scene(files.scene, exr, povray, context.progress));
     report_picture(exr, rendered.image, {&rendered.run, 1}, context);
+    if (scene.surroundings)
+        HF_TRY_DONE(render_in_place(output / "in_place.png", placed, scene, options.scene, context));
     for (std::size_t i = 0; i < pass_scenes.size(); ++i) {
         const std::filesystem::path picture = output / (baked.passes[i].name + ".exr");
         HF_TRY(const RenderedScene pass, render_scene(pass_scenes[i], picture, povray, context.progress));

@@ -1,4 +1,5 @@
 #include "bridge/povray_import/imported_scene.h"
+#include "bridge/povray_import/models_in_scene.h"
 #include "fields/base/names.h"
 #include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
@@ -30,6 +31,8 @@ struct ImportOptions {
     int detail = 48;
     double object_seconds = 20;
     std::string povray = "povray";
+    std::string into;
+    std::vector<double> at;
 };
 
 Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
@@ -55,11 +58,14 @@ Result<bool> needs_povray(const std::filesystem::path& file, const std::string& 
 }
 
 /// Reports a scene that has been imported, and writes its file.
-Result<ExitCode> write_scene(const Scene& scene, const std::filesystem::path& file, CommandContext& context) {
+///
+/// notes  further lines of comment at the top of the file; or empty.
+Result<ExitCode> write_scene(const Scene& scene, const std::filesystem::path& file, CommandContext& context,
+                             const std::string& notes = {}) {
     const std::filesystem::path output = file.parent_path();
-    const std::string text = scene_text(
-        scene, output,
-        fmt::format("{}\nhaarfield bake {} -o {}", context.command_line, file.string(), output.string()));
+    const std::string text = scene_text(scene, output,
+                                        fmt::format("{}\nhaarfield bake {} -o {}{}", context.command_line,
+                                                    file.string(), output.string(), notes));
     HF_TRY_DONE(write_file(file, text));
     context.report["scene"] = file.string();
     context.report["entities"] = scene.entities.size();
@@ -118,7 +124,53 @@ Result<ExitCode> run_povray_import(const ImportOptions& options, CommandContext&
     return write_scene(scene, file, context);
 }
 
+/// Imports models into an existing POV-Ray scene.
+Result<ExitCode> run_into_scene(const ImportOptions& options, CommandContext& context) {
+    constexpr double hour = 3600;  // [s] The light is rendered with the scene's radiosity and area lights.
+    const std::filesystem::path output = options.output;
+    PlaceInScene place;
+    place.file = options.into;
+    place.at = {options.at[0], options.at[1], options.at[2]};
+    place.queries.program = options.povray;
+    place.queries.sandboxed = !context.unsandboxed;
+    place.queries.seconds = hour;
+    place.models = options.wanted;
+    place.models.z_up = options.up == "z";
+    place.models.unit = double(options.unit);
+    if (options.size) place.models.size = double(*options.size);
+    const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
+    Scene named;
+    named.name = files.front().stem().string();
+    const std::filesystem::path file = output / (file_stem(named) + ".toml"),
+                                light = output / (file_stem(named) + "_light.exr");
+    HF_TRY_DONE(check_new(file, options.overwrite));
+    HF_TRY_DONE(check_new(light, options.overwrite));
+    HF_TRY(ModelsInScene models, models_in_scene(files, place, light, context.progress));
+    for (const std::string& warning : models.warnings) context.warn(warning);
+    models.scene.name = named.name;
+    const std::string at =
+        fmt::format("{:.6g},{:.6g},{:.6g}", models.probe.x, models.probe.y, models.probe.z);
+    const std::string difference =
+        fmt::format("{:.1f} % RMS, {:.1f} % at the worst corner", 100 * models.corner_difference,
+                    100 * models.largest_corner_difference);
+    context.report["probe"] = {{"at", {models.probe.x, models.probe.y, models.probe.z}},
+                               {"light", light.string()},
+                               {"lights", models.lights},
+                               {"corner_difference", models.corner_difference},
+                               {"largest_corner_difference", models.largest_corner_difference}};
+    context.print("light  {}: at {} of {}, {} lights\n", light.string(), at, options.into, models.lights);
+    context.print("error  irradiance at the corners of the models' box differs by {}\n", difference);
+    return write_scene(
+        models.scene, file, context,
+        fmt::format(
+            "\n\nThe environment is the light of {} at {}, the centre of the models' box.\n"
+            "Objects and lights nearby count as distant. At the corners of the box, irradiance differs "
+            "by {}.",
+            std::filesystem::path(options.into).filename().string(), at, difference));
+}
+
 Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
+    if (!options.into.empty()) return run_into_scene(options, context);
     const std::filesystem::path output = options.output;
     HF_TRY(const bool whole, needs_povray(options.files[0], options.object));
     if (whole) return run_povray_import(options, context);
@@ -198,6 +250,18 @@ Command import_command(CLI::App& program) {
     app->add_option("--povray", options->povray, "POV-Ray's program")
         ->capture_default_str()
         ->type_name("FILE");
+    CLI::Option* into =
+        app->add_option("--into", options->into,
+                        "POV-Ray scene in which the models shall stand, and which lights them")
+            ->type_name("SCENE.pov");
+    CLI::Option* at = add_number(*app, "--at", options->at,
+                                 "Where they stand: the middle of their bottom, in that scene", {-1e6, 1e6})
+                          ->delimiter(',')
+                          ->expected(3)
+                          ->allow_extra_args(false)
+                          ->type_name("X,Y,Z");
+    into->needs(at)->excludes("--environment")->excludes("--floor")->excludes("--object");
+    at->needs(into);
     app->add_flag("--overwrite", options->overwrite, "Replace an existing scene");
     app->footer(
         "The scene refers to the model files and uses their materials and images. The camera and the\n"

@@ -48,6 +48,7 @@ Command probe_command(CLI::App& program) {
         ->required()
         ->delimiter(',')
         ->expected(3)
+        ->allow_extra_args(false)
         ->type_name("X,Y,Z");
     app->add_option("--without", options->without,
                     "Leave out top-level objects with this name or keyword; may be repeated")

@@ -48,6 +48,7 @@ void add_view_options(CLI::App& command, SceneOptions& options) {
         add_number(command, "--view", options.view, "Position of the camera; the target stays", coordinates)
             ->delimiter(',')
             ->expected(3)
+            ->allow_extra_args(false)
             ->type_name("X,Y,Z")
             ->group(shown_group);
     command

@@ -241,10 +241,7 @@ private:
 
     /// Sets the map from the file's coordinates to the scene's.
     void set_frame(const std::vector<ObjectSurface>& surfaces) {
-        world_ = scene_frame(survey_.camera, options_.z_up);
-        if (survey_.camera && survey_.camera->is_perspective &&
-            std::abs(world_.direction(survey_.camera->right.normalized()).y) > 0.02)
-            result_.warnings.emplace_back("the camera is rolled; the import's camera is upright");
+        world_ = scene_frame(survey_.camera, options_.z_up).map();
         scale_ = options_.unit;
         if (options_.size) {
             Bounds box;
@@ -394,20 +391,7 @@ private:
             result_.warnings.emplace_back("the camera is not a perspective camera; another one is chosen");
         if (scene.finds_camera) return;
         const Bounds& box = bounds_.lower.x <= bounds_.upper.x ? bounds_ : all_bounds_;
-        const Vec3d position = world_.point(camera->position),
-                    ahead = world_.direction(camera->direction).normalized();
-        const double distance =
-            std::max(1e-3 * double(box.radius()), (Vec3d(box.centre()) - position).dot(ahead));
-        scene.camera.position = Vec3f(position);
-        scene.camera.target = Vec3f(position + ahead * distance);
-        const double up = camera->up.length(), right = camera->right.length(),
-                     depth = camera->direction.length();
-        scene.camera.vertical_fov = static_cast<float>(2 * std::atan(up / (2 * depth)));
-        scene.camera.width = 640;
-        scene.camera.height = std::clamp(static_cast<int>(std::lround(640 * up / right)), 16, 4096);
-        if (std::abs(camera->direction.dot(camera->up)) > 0.01 * up * depth ||
-            std::abs(camera->direction.dot(camera->right)) > 0.01 * right * depth)
-            result_.warnings.emplace_back("the camera is sheared; the import's camera is not");
+        scene.camera = imported_camera(*camera, world_, box, result_.warnings);
     }
 
     /// Renders the sky and distant objects around the camera.
@@ -452,6 +436,29 @@ private:
 };
 
 }  // namespace
+
+Camera imported_camera(const SurveyedCamera& surveyed, const AffineMap& world, const Bounds& box,
+                       std::vector<std::string>& warnings) {
+    assert(surveyed.is_perspective);
+    Camera camera;
+    const Vec3d position = world.point(surveyed.position),
+                ahead = world.direction(surveyed.direction).normalized();
+    const double distance =
+        std::max(1e-3 * double(box.radius()), (Vec3d(box.centre()) - position).dot(ahead));
+    camera.position = Vec3f(position);
+    camera.target = Vec3f(position + ahead * distance);
+    const double up = surveyed.up.length(), right = surveyed.right.length(),
+                 depth = surveyed.direction.length();
+    camera.vertical_fov = static_cast<float>(2 * std::atan(up / (2 * depth)));
+    camera.width = 640;
+    camera.height = std::clamp(static_cast<int>(std::lround(640 * up / right)), 16, 4096);
+    if (std::abs(world.direction(surveyed.right).normalized().y) > 0.02)
+        warnings.emplace_back("the camera is rolled; the import's camera is upright");
+    if (std::abs(surveyed.direction.dot(surveyed.up)) > 0.01 * up * depth ||
+        std::abs(surveyed.direction.dot(surveyed.right)) > 0.01 * right * depth)
+        warnings.emplace_back("the camera is sheared; the import's camera is not");
+    return camera;
+}
 
 Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& file,
                                                   const std::filesystem::path& folder,

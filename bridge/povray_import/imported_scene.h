@@ -19,6 +19,14 @@ struct PovrayImport {
     std::uint32_t vertices = 150000;  ///< To be baked, over all objects.
 };
 
+/// Returns a perspective camera of a file as the camera of a scene, with a picture that is 640 pixels wide.
+///
+/// world     from the file's coordinates to the scene's.
+/// box       of the objects; the target is at the depth of its centre.
+/// warnings  receives what the scene's camera does not have.
+Camera imported_camera(const SurveyedCamera& surveyed, const AffineMap& world, const Bounds& box,
+                       std::vector<std::string>& warnings);
+
 /// A scene whose meshes and environment have been written.
 struct ImportedPovrayScene {
     Scene scene;

@@ -123,6 +123,79 @@ std::string input_of(const SceneQuery& query) {
     return fmt::format("{}/hf_scene.pov", query.pigments ? emissive_folder : plain_folder);
 }
 
+/// Runs POV-Ray in its sandbox.
+///
+/// file            the scene, for messages.
+/// readable        folders that POV-Ray can read besides its installation.
+/// object_seconds  as SceneQuery::object_seconds.
+Result<SceneAnswer> sandboxed_run(const std::filesystem::path& file,
+                                  std::vector<std::filesystem::path> readable,
+                                  const std::filesystem::path& scratch, std::vector<std::string> arguments,
+                                  const QueryOptions& options, double object_seconds,
+                                  const Progress& progress) {
+    if (options.threads > 0) arguments.push_back(fmt::format("+WT{}", options.threads));
+    for (const std::filesystem::path& library : options.wrap.library) readable.push_back(library);
+    if (options.program.find('/') != std::string::npos)
+        readable.push_back(std::filesystem::absolute(options.program).parent_path());
+    ChildLimits limits;
+    limits.memory = options.memory;
+    limits.processor_seconds = 8 * options.seconds;
+    limits.readable = system_folders();
+    limits.readable.insert(limits.readable.end(), readable.begin(), readable.end());
+    limits.writable = {scratch};
+    const bool bubblewrap = options.sandboxed && bubblewrap_works();
+    Result<ChildSandbox> sandbox = ChildSandbox::create(limits, options.sandboxed && !bubblewrap);
+    if (!sandbox)
+        return Error{file.string(), "POV-Ray cannot be sandboxed: " + sandbox.error().what +
+                                        "; install bubblewrap, or use the option --unsandboxed if you trust "
+                                        "the scene"};
+    std::string program = options.program;
+    if (bubblewrap) {
+        std::vector<std::string> wrapped = bubblewrap_arguments(readable, scratch);
+        wrapped.push_back(program);
+        wrapped.insert(wrapped.end(), arguments.begin(), arguments.end());
+        arguments = std::move(wrapped);
+        program = "bwrap";
+    }
+    ChildProcess child;
+    if (const int failure = child.start(program, arguments, scratch, &*sandbox); failure != 0)
+        return Error{options.program, "cannot be run: " + std::generic_category().message(failure) +
+                                          "; expected POV-Ray 3.7 (Debian package povray)"};
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    Clock::time_point last_change = start;
+    std::optional<std::size_t> object;
+    std::string log;
+    constexpr std::size_t longest_log = std::size_t{1} << 20;
+    const auto seconds_since = [](Clock::time_point time) {
+        return std::chrono::duration<double>(Clock::now() - time).count();
+    };
+    while (child.read_some(log)) {
+        if (progress.stop.stop_requested()) return interruption(file.string());
+        if (log.size() > longest_log) log.erase(0, log.size() / 2);
+        if (object_seconds > 0) {
+            if (const auto now = last_object(log); now != object) {
+                object = now;
+                last_change = Clock::now();
+            }
+            if (object && seconds_since(last_change) > object_seconds) return SceneAnswer{{}, object};
+        }
+        if (seconds_since(start) > options.seconds)
+            return Error{file.string(), fmt::format("POV-Ray took longer than {} s and was ended; its last "
+                                                    "messages: {}",
+                                                    options.seconds, povray_failure(log))};
+    }
+    const int status = child.wait();
+    if (WIFSIGNALED(status))
+        return Error{file.string(), fmt::format("POV-Ray was ended by signal {} ({})", WTERMSIG(status),
+                                                strsignal(WTERMSIG(status)))};
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        return Error{file.string(),
+                     fmt::format("POV-Ray failed (exit code {}): {}",
+                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, povray_failure(log))};
+    return SceneAnswer{};
+}
+
 }  // namespace
 
 bool bubblewrap_works() {
@@ -234,78 +307,43 @@ Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string
         if (std::filesystem::is_directory(library, ignored))
             arguments.push_back("+L\"" + library.string() + "\"");
     }
-    if (options_.threads > 0) arguments.push_back(fmt::format("+WT{}", options_.threads));
     // Scenes of an animation need a frame. The first of nine has a number of one digit.
     if (uses_frames_) arguments.insert(arguments.end(), {"+KFF9", "+SF1", "+EF1"});
     arguments.insert(arguments.end(), query.arguments.begin(), query.arguments.end());
 
-    ChildLimits limits;
-    limits.memory = options_.memory;
-    limits.processor_seconds = 8 * options_.seconds;
-    limits.readable = system_folders();
-    limits.readable.push_back(folder);
-    std::vector<std::filesystem::path> readable{folder};
-    for (const std::filesystem::path& library : options_.wrap.library) {
-        limits.readable.push_back(library);
-        readable.push_back(library);
-    }
-    if (options_.program.find('/') != std::string::npos) {
-        const auto program_folder = std::filesystem::absolute(options_.program).parent_path();
-        limits.readable.push_back(program_folder);
-        readable.push_back(program_folder);
-    }
-    limits.writable = {scratch()};
-    const bool bubblewrap = options_.sandboxed && bubblewrap_works();
-    Result<ChildSandbox> sandbox = ChildSandbox::create(limits, options_.sandboxed && !bubblewrap);
-    if (!sandbox)
-        return Error{file_.string(), "POV-Ray cannot be sandboxed: " + sandbox.error().what +
-                                         "; install bubblewrap, or use the option --unsandboxed if you trust "
-                                         "the scene"};
-    std::string program = options_.program;
-    if (bubblewrap) {
-        std::vector<std::string> wrapped = bubblewrap_arguments(readable, scratch());
-        wrapped.push_back(program);
-        wrapped.insert(wrapped.end(), arguments.begin(), arguments.end());
-        arguments = std::move(wrapped);
-        program = "bwrap";
-    }
-    ChildProcess child;
-    if (const int failure = child.start(program, arguments, scratch(), &*sandbox); failure != 0)
-        return Error{options_.program, "cannot be run: " + std::generic_category().message(failure) +
-                                           "; expected POV-Ray 3.7 (Debian package povray)"};
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
-    Clock::time_point last_change = start;
-    std::optional<std::size_t> object;
-    std::string log;
-    constexpr std::size_t longest_log = std::size_t{1} << 20;
-    const auto seconds_since = [](Clock::time_point time) {
-        return std::chrono::duration<double>(Clock::now() - time).count();
+    return sandboxed_run(file_, {folder}, scratch(), std::move(arguments), options_, query.object_seconds,
+                         progress);
+}
+
+Result<Done> render_sandboxed(const std::filesystem::path& scene,
+                              const std::vector<std::filesystem::path>& folders,
+                              const std::filesystem::path& png, std::vector<std::string> arguments,
+                              const QueryOptions& options, const Progress& progress) {
+    const std::shared_ptr<const std::filesystem::path> scratch = scratch_folder();
+    if (!scratch) return Error{"", "cannot create a temporary folder: " + std::string(strerror(errno))};
+    std::vector<std::filesystem::path> readable;
+    std::vector<std::string> all;
+    const auto add = [&](const std::string& option, const std::filesystem::path& path) {
+        const std::string whole = std::filesystem::absolute(path).lexically_normal().string();
+        all.push_back(option + "\"" + whole + "\"");
+        return whole.find('"') == std::string::npos;
     };
-    while (child.read_some(log)) {
-        if (progress.stop.stop_requested()) return interruption(file_.string());
-        if (log.size() > longest_log) log.erase(0, log.size() / 2);
-        if (query.object_seconds > 0) {
-            if (const auto now = last_object(log); now != object) {
-                object = now;
-                last_change = Clock::now();
-            }
-            if (object && seconds_since(last_change) > query.object_seconds) return SceneAnswer{{}, object};
-        }
-        if (seconds_since(start) > options_.seconds)
-            return Error{file_.string(), fmt::format("POV-Ray took longer than {} s and was ended; its last "
-                                                     "messages: {}",
-                                                     options_.seconds, povray_failure(log))};
+    bool is_plain = add("+I", scene);
+    for (const std::filesystem::path& folder : folders) {
+        readable.push_back(std::filesystem::absolute(folder).lexically_normal());
+        is_plain = add("+L", folder) && is_plain;
     }
-    const int status = child.wait();
-    if (WIFSIGNALED(status))
-        return Error{file_.string(), fmt::format("POV-Ray was ended by signal {} ({})", WTERMSIG(status),
-                                                 strsignal(WTERMSIG(status)))};
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        return Error{file_.string(),
-                     fmt::format("POV-Ray failed (exit code {}): {}",
-                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, povray_failure(log))};
-    return SceneAnswer{};
+    for (const std::filesystem::path& library : options.wrap.library) {
+        std::error_code ignored;
+        if (std::filesystem::is_directory(library, ignored)) is_plain = add("+L", library) && is_plain;
+    }
+    if (!is_plain) return Error{scene.string(), "POV-Ray accepts no file names with quotation marks"};
+    for (const char* argument : {"+Opicture.png", "+FN", "-D", "-P", "-C", "-V", "-GR", "-GS", "-GW"})
+        all.emplace_back(argument);
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    HF_TRY_DONE(sandboxed_run(scene, std::move(readable), *scratch, std::move(all), options, 0, progress));
+    HF_TRY(const std::string bytes, read_whole_file(*scratch / "picture.png", std::uint64_t{1} << 31));
+    return write_file(png, bytes);
 }
 
 }  // namespace haarfield

@@ -97,6 +97,17 @@ private:
     bool uses_frames_ = false;
 };
 
+/// Renders a scene as it is in POV-Ray's sandbox, and writes the picture as a PNG file.
+///
+/// folders    the only folders that POV-Ray can read besides its installation. Includes and images are looked
+///            up there.
+/// arguments  further arguments, such as the size.
+/// errors     those of SceneQueries::answer; the picture cannot be written.
+Result<Done> render_sandboxed(const std::filesystem::path& scene,
+                              const std::vector<std::filesystem::path>& folders,
+                              const std::filesystem::path& png, std::vector<std::string> arguments,
+                              const QueryOptions& options, const Progress& progress = {});
+
 /// True if bubblewrap can run programs here. Tried once per process.
 bool bubblewrap_works();
 

@@ -202,7 +202,7 @@ private:
 
 }  // namespace
 
-AffineMap scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up) {
+SceneFrame scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up) {
     bool left_handed = true, is_z_up = z_up.value_or(false);
     if (camera && camera->is_perspective) {
         left_handed = camera->is_left_handed();
@@ -210,10 +210,7 @@ AffineMap scene_frame(const std::optional<SurveyedCamera>& camera, std::optional
         const bool is_level_y = std::abs(right.y) < level, is_level_z = std::abs(right.z) < level;
         if (!z_up) is_z_up = is_level_z && (!is_level_y || up.y < 0.05);
     }
-    AffineMap frame;
-    if (is_z_up) frame.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
-    if (left_handed) frame.axes[is_z_up ? 1 : 2] *= -1;
-    return frame;
+    return {is_z_up, left_handed};
 }
 
 Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& progress) {

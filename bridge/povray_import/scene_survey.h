@@ -4,6 +4,7 @@
 #include "bridge/povray_import/scene_queries.h"
 #include "fields/base/affine_map.h"
 #include "fields/model/model_part.h"
+#include "scenes/scene_import.h"
 
 namespace haarfield {
 
@@ -40,12 +41,19 @@ struct SceneSurvey {
     std::optional<SurveyedCamera> camera;
 };
 
-/// Returns the rotation or reflection from a file's coordinates to a right-handed frame with y up.
-/// Left-handed coordinates are mirrored along the depth. The upward axis is y, or z if only that agrees with
-/// an upright camera.
+/// The coordinates of a file.
+struct SceneFrame {
+    bool z_up = false;        ///< The z axis points up, else y.
+    bool left_handed = true;  ///< As POV-Ray's camera usually shows them.
+
+    AffineMap map() const { return upright_frame(z_up, left_handed); }  ///< To a right-handed frame, y up.
+};
+
+/// Finds the coordinates of a file from its camera. The upward axis is y, or z if only that agrees with an
+/// upright camera. Without a perspective camera, coordinates count as left-handed.
 ///
 /// z_up  replaces the choice of the axis.
-AffineMap scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up = {});
+SceneFrame scene_frame(const std::optional<SurveyedCamera>& camera, std::optional<bool> z_up = {});
 
 /// Surveys a scene.
 ///

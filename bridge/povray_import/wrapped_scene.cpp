@@ -599,7 +599,7 @@ private:
                     at = end_of_expression(tokens, at);
                 } else if (at < to && tokens[at].is('{')) {
                     const std::size_t end = end_of_group(tokens, at);
-                    if (here.text != "looks_like") out_ += " HF_Word(\"?\") ";
+                    if (here.text != "looks_like" && here.text != "photons") out_ += " HF_Word(\"?\") ";
                     if (end == 0) return;
                     at = end;
                 } else {
