@@ -6,7 +6,7 @@ BakedInstance baked_instance(const Instance& instance, const SceneEntity& entity
                              std::span<const Outgoing> radiance, LayeredRadiance& layers) {
     if (!radiance.empty()) layers = layered_radiance(mesh, entity.surfaces, radiance);
     BakedInstance result{instance.name, &mesh, instance.placement, layers.textured, layers.added};
-    if (!all_plain(entity.surfaces)) result.surfaces = entity.surfaces;
+    if (!all_plain(entity.surfaces) || any_reflects(entity.surfaces)) result.surfaces = entity.surfaces;
     result.left_handed = entity.left_handed;
     return result;
 }

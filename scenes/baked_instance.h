@@ -28,7 +28,8 @@ struct BakedInstance {
     /// Faces instead of the triangles of the mesh, with the same vertices, for file formats that have
     /// polygons; see OriginalBake.
     const ListedMesh* listed = nullptr;
-    bool left_handed = false;  ///< The coordinates are those of a left-handed POV-Ray file.
+    bool shows_reflection = true;  ///< False: surfaces reflect nothing, as in passes.
+    bool left_handed = false;      ///< The coordinates are those of a left-handed POV-Ray file.
 };
 
 /// Returns an instance of a scene as it is displayed.

@@ -20,6 +20,11 @@ const std::string& scene_material(const Entity& entity, const std::string& name)
 void set_material(const SceneMaterial& material, Surface& surface) {
     surface.material = material;
     surface.emission = material.emission;
+    surface.reflection = material.reflection;
+    const Rgb tint = Rgb(1 - material.reflection.metallic) + material.pigment * material.reflection.metallic;
+    surface.reflection.at_normal *= tint;
+    surface.reflection.at_grazing *= tint;
+    surface.reflection.metallic = 0;
     surface.tinted_specular =
         (surface.texture || surface.coloured) && material.convention == LobeConvention::povray
             ? material.metallic

@@ -4,6 +4,7 @@
 #include "fields/base/vector.h"
 #include "fields/mesh/closed_pieces.h"
 #include "fields/preparation/mesh_preparation.h"
+#include "scenes/reflection.h"
 #include "scenes/shape.h"
 #include "shading/scene/lamp.h"
 #include "shading/scene/material.h"
@@ -52,7 +53,8 @@ struct SceneMaterial : Material {
     std::filesystem::path image;  ///< Multiplies diffuse reflection and emission; empty: none.
     /// The mesh's vertex colours, if it has any, multiply diffuse reflection and emission.
     bool vertex_colours = false;
-    Rgb emission{0, 0, 0};  ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
+    Reflection reflection{};  ///< Of other objects and the environment, when POV-Ray renders a bake.
+    Rgb emission{0, 0, 0};    ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
 
     bool glows() const { return emission != Rgb(0.0f); }  ///< True for emitters.
 };

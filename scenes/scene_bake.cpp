@@ -158,6 +158,7 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
             for (std::size_t v = 0; v < instance.radiance.size(); ++v)
                 layered.push_back(displayed_radiance(instance, v));
         }
+        for (BakedInstance& instance : made.instances) instance.shows_reflection = false;
         return made;
     }
     made.values = total(values);
@@ -174,6 +175,7 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
             for (Rgb& value : made.layered.back().textured) value *= static_cast<float>(1 / pi);
     }
     made.instances = valued_instances(instances, made.layered);
+    for (BakedInstance& instance : made.instances) instance.shows_reflection = false;
     return made;
 }
 

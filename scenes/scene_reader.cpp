@@ -133,8 +133,29 @@ void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMa
     parts.finish();
 }
 
+// Reads a reflection: a number, or a table.
+void take_reflection(TomlTable& table, Reflection& reflection) {
+    const toml::node* node = table.table().get("reflection");
+    if (node == nullptr) return;
+    if (!node->is_table()) {
+        float fraction = 0;
+        table.take("reflection", fraction, albedos);
+        reflection.at_normal = reflection.at_grazing = Rgb(fraction);
+        return;
+    }
+    TomlTable parts(*table.take_table("reflection"), table.name() + ".reflection", table.file());
+    parts.require("max");
+    parts.take("max", reflection.at_grazing, albedos);
+    parts.take("min", reflection.at_normal, albedos);
+    parts.take("ior", reflection.ior, {1, 10, true});
+    parts.take("metallic", reflection.metallic, {0, 1});
+    if (!parts.has("min") && !parts.has("ior")) reflection.at_normal = reflection.at_grazing;
+    parts.finish();
+}
+
 SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& folder) {
     SceneMaterial material;
+    take_reflection(table, material.reflection);
     if (table.has("pigment") || table.has("finish")) {
         for (const char* key :
              {"diffuse", "specular", "shininess", "convention", "image", "vertex_colours", "emission"})

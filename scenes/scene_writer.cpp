@@ -102,6 +102,17 @@ std::string environment_text(const EnvironmentDescription& environment, const st
     return text + "\n";
 }
 
+std::string reflection_text(const Reflection& reflection) {
+    if (!reflection.is_there()) return "";
+    const Rgb &least = reflection.at_normal, &most = reflection.at_grazing;
+    if (least == most && reflection.ior == 0 && reflection.metallic == 0 && most == Rgb(most.x))
+        return fmt::format("reflection = {}\n", most.x);
+    std::string text = fmt::format("reflection = {{ min = {}, max = {}", list_of(least), list_of(most));
+    if (reflection.ior > 0) text += fmt::format(", ior = {}", reflection.ior);
+    if (reflection.metallic > 0) text += fmt::format(", metallic = {}", reflection.metallic);
+    return text + " }\n";
+}
+
 std::string material_text(const std::string& name, const SceneMaterial& material,
                           const std::filesystem::path& folder) {
     std::string text = fmt::format("[materials.{}]\n", key_text(name));
@@ -115,7 +126,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
         std::string keys;
         for (const auto& [key, value, matters] : *finish)
             if (matters) keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", key, value);
-        return text + fmt::format("finish = {{ {} }}\n\n", keys);
+        return text + fmt::format("finish = {{ {} }}\n{}\n", keys, reflection_text(material.reflection));
     }
     text += fmt::format("diffuse = {}\n", list_of(material.diffuse));
     if (material.specular != Rgb(0.0f))
@@ -125,7 +136,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
     if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
     if (material.vertex_colours) text += "vertex_colours = true\n";
     if (material.glows()) text += fmt::format("emission = {}\n", list_of(material.emission));
-    return text + "\n";
+    return text + reflection_text(material.reflection) + "\n";
 }
 
 std::string entity_text(const Entity& entity, const std::filesystem::path& folder) {

@@ -157,6 +157,11 @@ bool has_textures(std::span<const Surface> surfaces) {
     return std::ranges::any_of(surfaces, [](const Surface& surface) { return surface.texture != nullptr; });
 }
 
+bool any_reflects(std::span<const Surface> surfaces) {
+    return std::ranges::any_of(surfaces,
+                               [](const Surface& surface) { return surface.reflection.is_there(); });
+}
+
 bool all_plain(std::span<const Surface> surfaces) {
     return std::ranges::all_of(surfaces, &Surface::is_plain);
 }

@@ -2,6 +2,7 @@
 /// The appearance of a surface: its material and its image.
 
 #include "fields/mesh/mesh.h"
+#include "scenes/reflection.h"
 #include "scenes/texture.h"
 #include "shading/scene/emitter.h"
 #include "shading/scene/material.h"
@@ -20,6 +21,7 @@ struct Surface {
     Rgb emission{0, 0, 0};                   ///< Emitted radiance; see emitters_of. >= 0. [W/(m^2 sr)]
     std::shared_ptr<const Texture> texture;  ///< Null: white.
     bool coloured = false;                   ///< Vertex colours are used.
+    Reflection reflection{};                 ///< Not baked; `metallic` has been applied to its colours.
     float tinted_specular = 0;               ///< Fraction of specular light that has the base colour, as on
                                              ///< metals, in [0, 1].
 
@@ -74,6 +76,7 @@ std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surface
 std::vector<Emitter> emitters_of(const Mesh& mesh, std::span<const Surface> surfaces);
 
 bool has_textures(std::span<const Surface> surfaces);  ///< True if a surface has a texture.
+bool any_reflects(std::span<const Surface> surfaces);  ///< True if a surface has a reflection.
 bool all_plain(std::span<const Surface> surfaces);     ///< True if every surface is plain.
 
 /// Returns the surfaces' materials.

@@ -1,6 +1,7 @@
 #include "bridge/povray/placed_bake.h"
 #include "bridge/povray_import/light_probe.h"
 #include "bridge/povray_import/models_in_scene.h"
+#include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
 #include "scenes/scene_reader.h"
@@ -155,10 +156,11 @@ TEST_F(PlacedBakeTest, ObjectsAppearAtTheirPlaceInEitherFrame) {
         const char* camera;
         bool z_up, left_handed;
     };
-    for (const Frame& frame : {Frame{"location <0,0,-6> look_at 0 right x", false, true},
-                               Frame{"location <0,0,6> look_at 0 right -x", false, false},
-                               Frame{"sky z location <0,6,0> look_at 0 up z right x", true, true},
-                               Frame{"sky z location <0,-6,0> look_at 0 up z right -x", true, false}}) {
+    for (const Frame& frame :
+         {Frame{"location <0,0,-6> look_at 0 right x", false, true},
+          Frame{"location <0,0,6> look_at 0 right -x", false, false},
+          Frame{"direction y sky z location <0,6,0> look_at 0 up z right -x", true, true},
+          Frame{"direction y sky z location <0,-6,0> look_at 0 up z right x", true, false}}) {
         write("user.pov", std::string("#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{") +
                               frame.camera + " angle 90}\nbackground{rgb x}\n");
         const std::filesystem::path out = folder_.path() / "out";
@@ -249,6 +251,112 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
         ASSERT_FALSE(wrong) << keys;
         EXPECT_NE(wrong.error().message().find(message), std::string::npos) << wrong.error().message();
     }
+}
+
+/// A green mirror on the ground below a red ball, in POV-Ray's scene.
+class ReflectionTest : public PlacedBakeTest {
+protected:
+    /// Renders the mirror straight from above, and returns the pixel of the ball's image and one beside it.
+    std::array<Rgb, 2> rendered(const Reflection& reflection, bool has_image, bool shows_reflection = true) {
+        Mesh mesh;
+        mesh.positions = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+        mesh.normals.assign(4, Vec3f(0, 1, 0));
+        mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+        mesh.vertex_materials.assign(4, 0);
+        mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        Surface surface;
+        surface.reflection = reflection;
+        if (has_image) {
+            Texture white;
+            white.name = "white";
+            white.width = white.height = 2;
+            white.texels.assign(4, {255, 255, 255, 255});
+            surface.texture = std::make_shared<const Texture>(white);
+        }
+        const std::vector<Rgb> radiance(4, Rgb(0, 0.25f, 0));
+        BakedInstance instance{"Mirror", &mesh, {}, radiance, {}, {&surface, 1}};
+        instance.shows_reflection = shows_reflection;
+        const Result<BakedFiles> files =
+            write_baked_scene(folder_.path(), "m", frontal_camera(6, 32), {&instance, 1}, {});
+        EXPECT_TRUE(files) << files.error().message();
+        const std::filesystem::path scene =
+            write("mirror.pov",
+                  "#version 3.7;\nglobal_settings{assumed_gamma 1 adc_bailout 0}\n#include \"m_Mirror.inc\"\n"
+                  "camera{location 5*y look_at 0 up z right -x angle 40}\nobject{M_Mirror}\n"
+                  "sphere{10*y+1.5*x,1.5 pigment{rgb x} finish{emission 1 ambient 0 diffuse 0}}\n");
+        const std::filesystem::path png = folder_.path() / "mirror.png";
+        const Result<Done> done = render_sandboxed(scene, {folder_.path()}, png, {"+W64", "+H64", "-A"}, {});
+        EXPECT_TRUE(done) << done.error().message();
+        const Result<Image> image = read_image(png);
+        EXPECT_TRUE(image);
+        std::array<Rgb, 2> pixels{Rgb(0), Rgb(0)};
+        for (const Rgb& pixel : image->pixels) {
+            if (pixel.x > pixels[0].x) pixels[0] = pixel;
+            if (pixel.y > 0 && pixel.x == 0) pixels[1] = pixel;
+        }
+        return pixels;
+    }
+};
+
+TEST_F(ReflectionTest, MirrorsShowTheSceneOverTheBakedLight) {
+    for (const bool has_image : {false, true}) {
+        const Reflection mirror{Rgb(0.4f), Rgb(0.4f)};
+        const auto [ball, aside] = rendered(mirror, has_image);
+        EXPECT_LT((ball - Rgb(0.4f, 0.25f, 0)).length(), 0.01f) << has_image << ball;
+        EXPECT_LT((aside - Rgb(0, 0.25f, 0)).length(), 0.01f) << has_image << aside;
+        const auto [glass, beside] = rendered({Rgb(0), Rgb(1), 1.5f}, has_image);
+        EXPECT_NEAR(glass.x, 0.04f, 0.005f) << has_image;  // ((1.5 - 1) / (1.5 + 1))^2
+        const auto [none, everywhere] = rendered(mirror, has_image, false);
+        EXPECT_EQ(none.x, 0) << has_image;
+    }
+}
+
+TEST_F(ReflectionTest, MirrorsHaveOneTexturePerFace) {
+    rendered({Rgb(0.4f), Rgb(0.4f)}, false);
+    const Result<std::string> text = read_whole_file(folder_.path() / "m_Mirror.inc", 1 << 20);
+    ASSERT_TRUE(text);
+    EXPECT_NE(text->find("reflection"), std::string::npos);
+    EXPECT_NE(text->find("<0,1,2>,0,\n<0,2,3>,0 }"), std::string::npos) << *text;
+    EXPECT_NE(text->find("normal_vectors { 4"), std::string::npos);
+}
+
+TEST_F(ReflectionTest, SceneFilesKeepReflections) {
+    write("box.obj", box_obj);
+    const std::string start =
+        "[entities.box]\nmesh = \"box.obj\"\nmaterial = \"m\"\n[[instances]]\nentity = \"box\"\n"
+        "[environment]\nsky = {}\n[materials.m]\npigment = [1, 0.5, 0]\n";
+    const auto read = [&](const std::string& keys) { return read_scene(write("m.toml", start + keys)); };
+    struct Case {
+        const char* text;
+        Reflection expected;
+    };
+    for (const Case& c : {Case{"", {}}, Case{"reflection = 0.25\n", {Rgb(0.25f), Rgb(0.25f)}},
+                          Case{"reflection = { max = [0.5, 1, 0] }\n", {Rgb(0.5f, 1, 0), Rgb(0.5f, 1, 0)}},
+                          Case{"reflection = { min = [0, 0, 0.5], max = [1, 1, 1], metallic = 0.5 }\n",
+                               {Rgb(0, 0, 0.5f), Rgb(1), 0, 0.5f}},
+                          Case{"reflection = { max = [1, 1, 1], ior = 1.5 }\n", {Rgb(0), Rgb(1), 1.5f}}}) {
+        const Result<Scene> scene = read(c.text);
+        ASSERT_TRUE(scene) << scene.error().message();
+        EXPECT_EQ(scene->materials.at("m").reflection, c.expected) << c.text;
+        const Result<Scene> again = read_scene(write("again.toml", scene_text(*scene, folder_.path())));
+        ASSERT_TRUE(again) << again.error().message();
+        EXPECT_EQ(again->materials.at("m").reflection, c.expected) << c.text;
+    }
+    for (const auto& [keys, message] :
+         {std::pair("reflection = 2\n", "materials.m.reflection is 2; expected [0, 1]"),
+          {"reflection = { min = [0, 0, 0] }\n", "materials.m.reflection.max is missing"},
+          {"reflection = { max = [1, 1, 1], ior = 1 }\n", "materials.m.reflection.ior is 1"},
+          {"reflection = { max = [1, 1, 1], shine = 1 }\n", "materials.m.reflection.shine is not known"}}) {
+        const Result<Scene> wrong = read(keys);
+        ASSERT_FALSE(wrong) << keys;
+        EXPECT_NE(wrong.error().message().find(message), std::string::npos) << wrong.error().message();
+    }
+    const Result<Scene> metal =
+        read("reflection = { min = [0.5, 0.5, 0.5], max = [1, 1, 1], metallic = 1 }\n");
+    ASSERT_TRUE(metal);
+    const Result<SceneEntities> entities = original_entities(*metal);
+    ASSERT_TRUE(entities) << entities.error().message();
+    EXPECT_EQ(entities->of_instance(0).surfaces.at(0).reflection.at_normal, Rgb(0.5f, 0.25f, 0));
 }
 
 }  // namespace

@@ -245,6 +245,22 @@ TEST_F(PovrayImportTest, TransparentObjectsAreNamedWithTheirLine) {
     })) << testing::PrintToString(warnings);
 }
 
+TEST(PovrayImport, ReflectionsStayReflections) {
+    const std::filesystem::path file = written_scene(
+        "povray_mirror",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+        "light_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5} finish{reflection .25 diffuse .5}}\n"
+        "torus{2,.3 pigment{rgb 1} finish{diffuse .5}}\n");
+    PovrayImport options;
+    options.detail = 24;
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    const Reflection& mirror = imported->scene.materials.at("sphere").reflection;
+    EXPECT_NEAR(mirror.at_normal.x, 0.25, 0.01);
+    EXPECT_EQ(mirror.at_normal, mirror.at_grazing);
+    EXPECT_FALSE(imported->scene.materials.at("torus").reflection.is_there());
+}
+
 TEST(PovrayImport, ImportsADeclaredObjectOfAnInclude) {
     const std::filesystem::path file = written_scene(
         "povray_object",

@@ -72,9 +72,12 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
 Result<std::uint64_t> write_include(const BakedInstance& instance, const std::string& object,
                                     const std::filesystem::path& file, const TextureFiles& textures) {
     const std::string name = file.filename().string();
-    if (has_textures(instance.surfaces)) {
+    std::vector<Surface> surfaces(instance.surfaces.begin(), instance.surfaces.end());
+    if (!instance.shows_reflection)
+        for (Surface& surface : surfaces) surface.reflection = {};
+    if (has_textures(surfaces)) {
         const TexturedMesh textured =
-            textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.added, textures,
+            textured_mesh(*instance.mesh, surfaces, instance.radiance, instance.added, textures,
                           maps_light(instance.radiance, instance.added), object, file.stem().string(),
                           instance.placement.scale);
         std::string declarations = image_declarations(instance, textures);
@@ -89,8 +92,9 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
     }
     const std::filesystem::path atlas = std::filesystem::path(file).replace_extension(".exr");
     const ColouredMesh coloured =
-        coloured_mesh(*instance.mesh, instance.radiance, colour_storage(instance.radiance),
-                      object + "_Finish", atlas.filename().string());
+        coloured_mesh(*instance.mesh, instance.radiance,
+                      any_reflects(surfaces) ? ColourStorage::atlas : colour_storage(instance.radiance),
+                      object + "_Finish", atlas.filename().string(), surfaces);
     if (!coloured.atlas.pixels.empty()) HF_TRY_DONE(write_image(coloured.atlas, atlas));
     const std::string text = include_text(instance, "", coloured.text, coloured.textures, object, name);
     HF_TRY_DONE(write_file(file, text));
@@ -148,7 +152,11 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
     HF_TRY_DONE(check_baked_instances(instances));
     HF_TRY(const std::string camera_text, povray_camera(camera));
     HF_TRY_DONE(make_folder(folder));
-    HF_TRY(const std::string background_text, write_background(folder, scene_name, background));
+    BackgroundDescription reflected = background;
+    reflected.is_reflected = std::ranges::any_of(instances, [](const BakedInstance& instance) {
+        return instance.shows_reflection && any_reflects(instance.surfaces);
+    });
+    HF_TRY(const std::string background_text, write_background(folder, scene_name, reflected));
 
     BakedFiles files;
     std::vector<std::string> names;

@@ -57,7 +57,9 @@ void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& c
     text += " }\n";
 }
 
-void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtlas& atlas) {
+/// numbers  by triangle: the number of its texture; or none.
+void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtlas& atlas,
+                         const std::string& texture_list, const std::vector<std::size_t>& numbers) {
     std::vector<Vec2f> uvs;
     std::vector<std::array<std::uint32_t, 3>> uv_indices;
     uvs.reserve(3 * mesh.triangles.size());
@@ -65,7 +67,18 @@ void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtla
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         uv_indices.push_back(append_corner_uvs(uvs, atlas.uvs(t)));
     append_povray_uvs(text, uvs);
-    append_povray_indices(text, "face_indices", mesh.triangles);
+    if (numbers.empty()) {
+        append_povray_indices(text, "face_indices", mesh.triangles);
+    } else {
+        text += texture_list;
+        auto out = std::back_inserter(text);
+        fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, numbers[t]);
+        }
+        text += " }\n";
+    }
     append_povray_indices(text, "uv_indices", uv_indices);
 }
 
@@ -80,7 +93,10 @@ ColourStorage colour_storage(std::span<const Rgb> colours) {
 }
 
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
-                           const std::string& finish, const std::string& atlas_file) {
+                           const std::string& finish, const std::string& atlas_file,
+                           std::span<const Surface> surfaces) {
+    const bool has_mirrors = any_reflects(surfaces);
+    assert(!has_mirrors || storage == ColourStorage::atlas);
     ColouredMesh result;
     std::vector<Colour> of_vertices = clamped_colours(colours, result.clamped_vertices);
     const PovrayFrame frame(mesh);
@@ -90,15 +106,35 @@ ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, Colou
     frame.append_vertices(text, mesh);
     if (storage == ColourStorage::atlas) {
         const TriangleAtlas atlas(mesh.triangles.size());
-        append_mapped_faces(text, mesh, atlas);
+        const std::string pigment = atlas.pigment(fmt::format("exr \"{}\"", atlas_file));
+        std::vector<std::string> textures;
+        std::vector<std::size_t> numbers;
+        if (has_mirrors) {
+            frame.append_normals(text, mesh);
+            for (const auto& triangle : mesh.triangles) {
+                const Surface& surface = surfaces[mesh.vertex_materials[triangle[0]]];
+                const std::string texture =
+                    fmt::format("texture {{ uv_mapping {} finish {{ {}{} }} }}", pigment, finish,
+                                povray_reflection(surface.reflection));
+                const auto known = std::ranges::find(textures, texture);
+                numbers.push_back(std::size_t(known - textures.begin()));
+                if (known == textures.end()) textures.push_back(texture);
+            }
+        }
+        append_mapped_faces(
+            text, mesh, atlas,
+            fmt::format("texture_list {{ {},\n{} }}\n", textures.size(), fmt::join(textures, ",\n")),
+            numbers);
         frame.append_inverse(text);
         result.atlas = atlas.image([&](std::size_t t) {
             const auto& [a, b, c] = mesh.triangles[t];
             return std::array{rgb(of_vertices[a]), rgb(of_vertices[b]), rgb(of_vertices[c])};
         });
-        result.textures = 1;
-        text += fmt::format("texture {{\n  uv_mapping {}\n  finish {{ {} }}\n}}\n",
-                            atlas.pigment(fmt::format("exr \"{}\"", atlas_file)), finish);
+        result.textures = std::max<std::size_t>(1, textures.size());
+        if (has_mirrors)
+            text += povray_interior(surfaces);
+        else
+            text += fmt::format("texture {{\n  uv_mapping {}\n  finish {{ {} }}\n}}\n", pigment, finish);
         return result;
     }
     if (storage == ColourStorage::grey_textures)

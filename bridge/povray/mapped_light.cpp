@@ -88,8 +88,9 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
             object_, "UV"[axis], axis == 0 ? "red" : "green", extent[axis], low[axis]);
 }
 
-std::string MappedLight::texture(const TextureFile* image) const {
-    const std::string finish = fmt::format("finish {{ {}_Finish }}", object_);
+std::string MappedLight::texture(const TextureFile* image, const Reflection& reflection) const {
+    const std::string finish =
+        fmt::format("finish {{ {}_Finish{} }}", object_, povray_reflection(reflection));
     if (!image) return fmt::format("texture {{ pigment {{ {}_Mapped_Pigment }} {} }}", object_, finish);
     const std::string at_place =
         fmt::format("{0}_Function({1}_Mapped_U(x, y), {1}_Mapped_V(x, y), 0)", image->pigment, object_);

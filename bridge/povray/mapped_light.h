@@ -29,7 +29,9 @@ public:
     const std::string& declarations() const { return declarations_; }
 
     /// Returns the texture of the triangles with an image. Null: of the triangles without one.
-    std::string texture(const TextureFile* image) const;
+    ///
+    /// reflection  of their surface; see povray_reflection.
+    std::string texture(const TextureFile* image, const Reflection& reflection = {}) const;
 
     /// Returns the atlas coordinates of the corners of the k-th triangle.
     std::array<Vec2f, 3> uvs(std::size_t k) const { return atlas_.uvs(k); }

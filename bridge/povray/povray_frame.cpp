@@ -28,6 +28,13 @@ void PovrayFrame::append_vertices(std::string& text, const Mesh& mesh) const {
     append_povray_vectors(text, "vertex_vectors", positions, static_cast<float>(magnified));
 }
 
+void PovrayFrame::append_normals(std::string& text, const Mesh& mesh) const {
+    std::vector<Vec3f> normals;
+    normals.reserve(mesh.normals.size());
+    for (const Vec3f& n : mesh.normals) normals.emplace_back(rotation(Vec3d(n)) + Vec3d(0.0));
+    append_povray_vectors(text, "normal_vectors", normals);
+}
+
 void PovrayFrame::append_inverse(std::string& text) const {
     text += fmt::format("{}\nscale {:.17g}\n", povray_rotation(rotation.inverse()), 1 / magnified);
 }

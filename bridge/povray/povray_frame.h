@@ -42,6 +42,7 @@ struct PovrayFrame {
     explicit PovrayFrame(const Mesh& mesh);
 
     void append_vertices(std::string& text, const Mesh& mesh) const;  ///< Appends vertex_vectors.
+    void append_normals(std::string& text, const Mesh& mesh) const;   ///< Appends normal_vectors.
     void append_inverse(std::string& text) const;  ///< Appends the transformation back to the mesh's frame.
 };
 

@@ -51,6 +51,18 @@ std::string povray_rotation(const Rotation& rotation) {
         x.z, y.x, y.y, y.z, z.x, z.y, z.z);
 }
 
+std::string povray_reflection(const Reflection& reflection, float share) {
+    if (!reflection.is_there()) return "";
+    return fmt::format(" reflection {{ rgb {}, rgb {}{} }}", povray_vector(reflection.at_normal * share),
+                       povray_vector(reflection.at_grazing * share), reflection.ior > 0 ? " fresnel on" : "");
+}
+
+std::string povray_interior(std::span<const Surface> surfaces) {
+    float ior = 0;
+    for (const Surface& surface : surfaces) ior = std::max(ior, surface.reflection.ior);
+    return ior > 0 ? fmt::format("interior {{ ior {} }}\n", ior) : "";
+}
+
 void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
                            float scale) {
     auto out = std::back_inserter(text);
@@ -127,15 +139,17 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
     HF_TRY_DONE(write_image(image, folder / name));
     // The rows of the matrix are the world directions of the image's left edge at the horizon, of its top,
     // and of a quarter from the left edge; see lat_long_direction.
-    return guard + fmt::format(
-                       "sky_sphere {{\n"
-                       "  pigment {{\n"
-                       "    image_map {{ exr \"{}\" map_type 1 interpolate 2 once }}\n"
-                       "    matrix <0, 0, -1,  0, 1, 0,  1, 0, 0,  0, 0, 0>\n"
-                       "  }}\n"
-                       "}}\n"
-                       "#end\n",
-                       name);
+    const std::string pigment = fmt::format(
+        "  pigment {{\n"
+        "    image_map {{ exr \"{}\" map_type 1 interpolate 2 once }}\n"
+        "    matrix <0, 0, -1,  0, 1, 0,  1, 0, 0,  0, 0, 0>\n",
+        name);
+    std::string text = guard + "sky_sphere {\n" + pigment + "  }\n}\n";
+    if (background.is_reflected)  // Visible only in mirrors.
+        text += "#else\nsphere {\n  0, 1\n" + pigment +
+                "  }\n  finish { ambient 0 diffuse 0 emission 1 }\n  hollow no_image no_shadow no_radiosity\n"
+                "  scale 5e6\n}\n";
+    return text + "#end\n";
 }
 
 double small_triangle_scale(const Mesh& mesh) {

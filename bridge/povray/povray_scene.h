@@ -15,6 +15,7 @@
 #include "fields/base/rotation.h"
 #include "fields/mesh/mesh.h"
 #include "scenes/scene.h"
+#include "scenes/surface.h"
 #include "shading/scene/environment.h"
 
 #include <array>
@@ -34,6 +35,7 @@ inline constexpr const char* background_only = "Haarfield_Background_Alone";  //
 /// The background behind the objects. The image is clean, rotated and exposed, and must outlive its use.
 struct BackgroundDescription {
     const LatLongImage* environment = nullptr;  ///< Null: black.
+    bool is_reflected = false;                  ///< Objects reflect it even in pictures without background.
 };
 
 /// Returns a valid POV-Ray identifier: a capital first, which excludes keywords, then letters, digits and
@@ -50,6 +52,15 @@ std::string povray_vector(const Vec3f& v);
 
 /// Returns `matrix <...>`, the transformation that rotates an object.
 std::string povray_rotation(const Rotation& rotation);
+
+/// Returns the keyword `reflection` of a finish; empty if there is no reflection. The object needs the index
+/// of refraction in its `interior`.
+///
+/// share  factor of both colours.
+std::string povray_reflection(const Reflection& reflection, float share = 1);
+
+/// Returns the `interior` that the reflections of a mesh need; empty if none does.
+std::string povray_interior(std::span<const Surface> surfaces);
 
 /// Appends `keyword { n, <x, y, z>, ... }` with all vectors multiplied by `scale`; exact if `scale` is a
 /// power of two.

@@ -141,7 +141,7 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
                                    surface.glows() ? "rgb Emission_Share*" + povray_vector(emission) : "0",
                                    share * diffuse, highlights.text(material, share));
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
-    text += " } }";
+    text += povray_reflection(surface.reflection, share) + " } }";
     if (tint != Rgb(1.0f)) text += filter_layer(fmt::format("rgbf <{}, {}, {}, 1>", tint.x, tint.y, tint.z));
     return text;
 }
@@ -316,8 +316,9 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
     }
     text += " }\n";
     if (!normals.indices.empty()) append_povray_indices(text, "normal_indices", normals.indices);
-    fmt::format_to(out, "{}scale {:.17g}\n}}\n\n#version {}_Version;\n#end\n",
-                   has_images ? "uv_mapping\n" : "", 1 / magnified, object);
+    fmt::format_to(out, "{}{}scale {:.17g}\n}}\n\n#version {}_Version;\n#end\n",
+                   has_images ? "uv_mapping\n" : "", povray_interior(instance.surfaces), 1 / magnified,
+                   object);
     return text;
 }
 
@@ -473,7 +474,10 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     HF_TRY(const std::string camera_text, povray_camera(camera, files.world_scale));
     HF_TRY_DONE(make_folder(folder));
     const LatLongImage background = image_with_suns(environment);
-    HF_TRY(const std::string background_text, write_background(folder, scene_name, {&background}));
+    const bool has_mirrors = std::ranges::any_of(
+        instances, [](const ReferenceInstance& instance) { return any_reflects(instance.surfaces); });
+    HF_TRY(const std::string background_text,
+           write_background(folder, scene_name, {&background, has_mirrors}));
     add_warnings(files.warnings, instances);
     add_warnings_of_shapes(files.warnings, instances, environment, lamps);
     HF_TRY(const TextureFiles textures, write_textures(folder, scene_name, textures_of(instances)));

@@ -129,16 +129,22 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         if (surface.texture) finest = std::max({finest, surface.texture->width, surface.texture->height});
     std::vector<bool> is_cut_out;
     std::vector<std::uint32_t> mapped;
-    std::vector<const TextureFile*> mapped_images;
+    // The images and reflections of mapped triangles.
+    std::vector<std::pair<const TextureFile*, Reflection>> mapped_images;
+    const auto mapped_look = [&](std::uint32_t vertex) {
+        return std::pair(image_of(vertex), surfaces[mesh.vertex_materials[vertex]].reflection);
+    };
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto& [a, b, c] = mesh.triangles[t];
         const Surface& surface = surfaces[mesh.vertex_materials[a]];
         is_cut_out.push_back(surface.texture &&
                              surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]}));
-        if ((!maps_all && !is_cut_out.back()) || !is_mappable(mesh, mesh.triangles[t], finest)) continue;
+        const bool is_mirror = surface.reflection.is_there();
+        if ((!maps_all && !is_cut_out.back() && !is_mirror) || !is_mappable(mesh, mesh.triangles[t], finest))
+            continue;
         mapped.push_back(t);
-        if (std::ranges::find(mapped_images, image_of(a)) == mapped_images.end())
-            mapped_images.push_back(image_of(a));
+        if (std::ranges::find(mapped_images, mapped_look(a)) == mapped_images.end())
+            mapped_images.push_back(mapped_look(a));
     }
     part_cut_outs(mesh, is_cut_out, povray_parting / scale);
 
@@ -180,7 +186,8 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
         // A face has three textures or one: two crash POV-Ray 3.7.
         if (next < mapped.size() && mapped[next] == t) {
-            fmt::format_to(out, "{}", std::ranges::find(mapped_images, image_of(a)) - mapped_images.begin());
+            fmt::format_to(out, "{}",
+                           std::ranges::find(mapped_images, mapped_look(a)) - mapped_images.begin());
             ++next;
         } else if (is_cut_out[t] || is_sliver(mesh, triangle, frame.magnified)) {
             fmt::format_to(out, "{}", number_of(mean_look(triangle)));
@@ -196,15 +203,17 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     text.reserve(faces.size() + 200 * mesh.positions.size());
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
+    if (any_reflects(surfaces)) frame.append_normals(text, mesh);
     const UvLists own = result.mapped ? uv_lists(mesh, mapped, *result.mapped, frame.magnified) : UvLists();
     append_povray_uvs(text, result.mapped ? own.uvs : mesh.uvs);
     text += fmt::format("texture_list {{ {}", result.textures);
-    for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);
+    for (const auto& [image, reflection] : mapped_images)
+        text += ",\n" + result.mapped->texture(image, reflection);
     for (const CornerAppearance& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
     text += " }\n";
     text += faces;
     if (result.mapped) append_povray_indices(text, "uv_indices", own.indices);
-    text += "uv_mapping\n";
+    text += "uv_mapping\n" + povray_interior(surfaces);
     frame.append_inverse(text);
     return result;
 }

@@ -30,6 +30,9 @@ bool maps_light(std::span<const Rgb> textured, std::span<const Rgb> added);
 /// POV-Ray loses the whole mesh behind two hits that are closer than 1e-4 units. A triangle that covers more
 /// texels than its coordinates can resolve (8,192) has constant light in that case, as slivers always have.
 ///
+/// A triangle with a reflection stores its light in an image for the same reason. Without a fitting image
+/// coordinate (see above), it has no reflection.
+///
 /// surfaces  by the mesh's materials. With a texture, the mesh has uvs (asserted).
 /// textured  one per vertex, finite: the light that images multiply. Without an image, all of the light.
 /// added     specular light that is added; one per vertex, finite, or none.

@@ -289,9 +289,6 @@ private:
             }
             if (surfaces[s].transmittance > slightly_transparent)
                 warn(at, "is partly transparent; imported as opaque");
-            if (finishes[s].reflection > 0.02f)
-                warn(at, fmt::format("reflects {:.0f} % of its surroundings; imported without reflection",
-                                     100 * finishes[s].reflection));
             if (surfaces[s].missed_edges > surfaces[s].triangles.size() / 200 + 4)
                 warn(at, fmt::format("may have wrong places: {} of its grid edges have no crossing",
                                      surfaces[s].missed_edges));
@@ -335,6 +332,10 @@ private:
         material.roughness = finish.roughness;
         material.specular = Rgb(finish.phong > 0 || finish.specular > 0 ? 1.0f : 0.0f);
         if (finish.emission > 0) material.emission = Rgb(finish.emission);
+        constexpr float least_reflection = 0.02f;
+        if (finish.reflection > least_reflection)
+            material.reflection.at_normal = material.reflection.at_grazing =
+                Rgb(std::min(finish.reflection, 1.0f));
         result_.scene.materials[name] = material;
         Instance instance;
         instance.entity = result_.scene.entities.size();
