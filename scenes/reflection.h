@@ -14,6 +14,7 @@ struct Reflection {
     float ior = 0;
     float metallic = 0;  ///< How far the pigment tints both, in [0, 1].
 
+    /// True if the surface reflects.
     bool is_there() const { return at_normal != Rgb(0.0f) || at_grazing != Rgb(0.0f); }
     bool operator==(const Reflection&) const = default;
 };

@@ -106,7 +106,7 @@ TEST(Readme, ScenePageHasTheKeysThatScenesHave) {
     for (const KeyRow& row : key_rows())
         for (const std::string& key : names_in(row.keys)) documented.insert(key);
     for (const char* root :
-         {"camera", "environment", "materials", "entities", "instances", "lights", "keyframes"})
+         {"camera", "environment", "materials", "entities", "instances", "lights", "keyframes", "povray"})
         documented.insert(root);
     const std::regex key("\\btake\\w*(?:<[^>]*>)?\\((?:\\w+, )?\"(\\w+)\"");
     for (const char* file : {"scenes/scene_reader.cpp", "scenes/lamp_reader.cpp", "scenes/povray_finish.h"}) {
@@ -130,6 +130,7 @@ std::string scene_with(const std::string& section, const std::string& key, const
            "[materials.povray.finish]\n" + added("finish") +                             //
            "[materials.oak.pigment]\nimage = \"oak.png\"\n" + added("pigment") +         //
            "[entities.box]\nmesh = \"box.obj\"\n" + added("[entities.NAME]") +           //
+           "[povray]\nscene = \"room.pov\"\n" + added("[povray]") +                      //
            "[[instances]]\nentity = \"box\"\n" + added("[[instances]]") +                //
            "[[lights]]\nposition = [0, 2, 0]\n" + spot + added("[[lights]]") +           //
            "[lights.area]\nacross = [1, 0, 0]\nalong = [0, 0, 1]\n" + added("area");
@@ -137,8 +138,7 @@ std::string scene_with(const std::string& section, const std::string& key, const
 
 TEST(Readme, ScenePageHasTheDefaultsThatScenesHave) {
     const TestFolder folder;
-    write_text(folder / "oak.png", "");
-    write_text(folder / "box.obj", "");
+    for (const char* file : {"oak.png", "box.obj", "room.pov"}) write_text(folder / file, "");
     const auto text = [&](const KeyRow& row, const std::string& key, const std::string& line) {
         write_text(folder / "scene.toml", scene_with(row.section, key, line));
         const Result<Scene> scene = read_scene(folder / "scene.toml");
@@ -307,6 +307,8 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--object-seconds", {"import"}},
         {"--at", {"import", "probe"}},
         {"--into", {"import"}},
+        {"--unit", {"import"}},
+        {"--scale-to", {"import"}},
         {"--without", {"probe"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;

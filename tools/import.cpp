@@ -253,7 +253,7 @@ Command import_command(CLI::App& program) {
     CLI::Option* into =
         app->add_option("--into", options->into,
                         "POV-Ray scene in which the models shall stand, and which lights them")
-            ->type_name("SCENE.pov");
+            ->type_name("FILE");
     CLI::Option* at = add_number(*app, "--at", options->at,
                                  "Where they stand: the middle of their bottom, in that scene", {-1e6, 1e6})
                           ->delimiter(',')

@@ -25,13 +25,6 @@ inline constexpr std::size_t most_textured_vertices = 1000000;
 /// meshes grey textures if no colour has a hue, and the atlas above most_textured_vertices.
 ColourStorage colour_storage(std::span<const Rgb> colours);
 
-/// Returns true if a triangle's surface has a reflection. Such a triangle has one texture, because POV-Ray traces
-/// a reflected ray for each texture of a triangle.
-inline bool reflects(const Mesh& mesh, std::span<const Surface> surfaces,
-                     const std::array<std::uint32_t, 3>& triangle) {
-    return !surfaces.empty() && surfaces[mesh.vertex_materials[triangle[0]]].reflection.is_there();
-}
-
 /// A coloured mesh in POV-Ray's language.
 struct ColouredMesh {
     /// `mesh2 { ... }` without its last brace, in the mesh's frame. Transformations may follow.
@@ -46,8 +39,8 @@ struct ColouredMesh {
 /// finish      the name of the finish: `finish { emission 1 ambient 0 diffuse 0 }`.
 /// atlas_file  the file of the atlas, if one is used, as POV-Ray is to find it.
 /// colours     one per vertex, finite. [W/(m^2 sr)]
-/// surfaces    by the mesh's materials, with their reflections; or none. With reflections, `storage` is an atlas
-///             (asserted).
+/// surfaces    by the mesh's materials, with their reflections; or none. With reflections, `storage` is an
+///             atlas (asserted): POV-Ray traces a reflected ray for each texture of a triangle.
 /// cost        0.5 s and about 160 bytes of text per 100,000 vertices; twice that with an atlas.
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
                            const std::string& finish, const std::string& atlas_file,

@@ -32,8 +32,8 @@ struct LightProbe {
     /// display their numbers without gamma then need `without_gamma`.
     bool keeps_version = false;
     std::string objects{};  ///< Further objects in POV-Ray's language; may be empty.
-    /// Replaces the scene's `assumed_gamma` by 1: the image has the numbers with which POV-Ray computes. Colours
-    /// of the scene's images are then approximate.
+    /// Replaces the scene's `assumed_gamma` by 1: the image has the numbers with which POV-Ray computes.
+    /// Colours of the scene's images are then approximate.
     bool without_gamma = false;
 };
 

@@ -45,8 +45,8 @@ std::array<Vec3d, normals> irradiances(const Image& light) {
     return sums;
 }
 
-/// Returns the models in POV-Ray's language, in the coordinates of the surroundings. They cast shadows but are
-/// not visible.
+/// Returns the models in POV-Ray's language, in the coordinates of the surroundings. They cast shadows but
+/// are not visible.
 Result<std::string> shadow_casters(const Scene& scene, const Progress& progress) {
     HF_TRY(const SceneEntities originals, original_entities(scene, progress));
     std::string text = "union{\n";
