@@ -214,8 +214,8 @@ TEST(Bounces, GatheringDirectionsAreThoseOfASpiralInCompactPackets) {
         for (int k = 0; k < rays; ++k)
             spiral.push_back(
                 Vec3f(spiral_direction(std::size_t(k), std::sqrt((double(k) + 0.5) / double(rays)))));
-        std::ranges::sort(sorted, less);
-        std::ranges::sort(spiral, less);
+        std::sort(sorted.begin(), sorted.end(), less);
+        std::sort(spiral.begin(), spiral.end(), less);
         EXPECT_EQ(sorted, spiral);
 
         // The unit disc below the directions has an area of pi, of which a packet covers its share.
@@ -226,7 +226,9 @@ TEST(Bounces, GatheringDirectionsAreThoseOfASpiralInCompactPackets) {
             for (const Vec3f& d : found.subspan(first, 16))
                 square_radii += double((d - centre).x * (d - centre).x + (d - centre).y * (d - centre).y);
         }
-        if (rays >= 256) EXPECT_LT(square_radii / rays, 1.0 * 16 / rays) << rays;
+        if (rays >= 256) {
+            EXPECT_LT(square_radii / rays, 16.0 / rays) << rays;
+        }
     }
 }
 
