@@ -2,6 +2,7 @@
 
 #include "fields/base/exception_message.h"
 #include "fields/base/names.h"
+#include "fields/file/input_file.h"
 #include "fields/file/mapped_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/image_encoding.h"
@@ -18,11 +19,12 @@ namespace {
 
 constexpr float largest_half = 65000.0f;  // below 65504, the end of half floats
 
-Result<Done> check_finite(const Image& image, const std::string& where) {
-    for (std::size_t i = 0; i < image.pixels.size(); ++i)
-        if (!is_finite(image.pixels[i]) || (!image.coverage.empty() && !std::isfinite(image.coverage[i])))
-            return Error{where,
-                         fmt::format("pixel ({}, {}) is not finite", i % image.width, i / image.width)};
+Result<Done> check_finite(std::span<const Rgb> pixels, std::span<const float> coverage, int width,
+                          const std::string& where) {
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        if (!is_finite(pixels[i]) || (!coverage.empty() && !std::isfinite(coverage[i])))
+            return Error{where, fmt::format("pixel ({}, {}) is not finite", i % std::size_t(width),
+                                            i / std::size_t(width))};
     return Done{};
 }
 
@@ -32,16 +34,17 @@ Result<std::string> named(Result<std::string> bytes, const std::string& where) {
     return bytes;
 }
 
-Result<std::string> exr_bytes(const Image& image, const std::string& where) {
-    const int channels = image.coverage.empty() ? 3 : 4;
-    std::vector<float> values;
-    values.reserve(image.pixels.size() * channels);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        for (int c = 0; c < 3; ++c)
-            values.push_back(std::clamp(image.pixels[i][c], -largest_half, largest_half));
-        if (channels == 4) values.push_back(std::clamp(image.coverage[i], 0.0f, 1.0f));
-    }
-    return named(encoded_exr(values, image.width, image.height, image.relative_error), where);
+Result<std::string> exr_bytes(std::span<const Rgb> pixels, std::span<const float> coverage, int width,
+                              int height, std::optional<float> relative_error, const std::string& where) {
+    const std::size_t channels = coverage.empty() ? 3 : 4, row_pixels = std::size_t(width);
+    const auto fill = [&](int row, std::span<float> values) {
+        auto value = values.begin();
+        for (std::size_t i = std::size_t(row) * row_pixels; i < (std::size_t(row) + 1) * row_pixels; ++i) {
+            for (int c = 0; c < 3; ++c) *value++ = std::clamp(pixels[i][c], -largest_half, largest_half);
+            if (channels == 4) *value++ = std::clamp(coverage[i], 0.0f, 1.0f);
+        }
+    };
+    return named(encoded_exr(fill, width, height, channels, relative_error), where);
 }
 
 Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const std::string& where) {
@@ -61,16 +64,35 @@ Result<Done> check_shape(const Image& image, const std::string& where) {
     const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
     assert(image.pixels.size() == pixels && (image.coverage.empty() || image.coverage.size() == pixels));
     if (pixels == 0) return Error{where, "the image is empty"};
-    return check_finite(image, where);
+    return check_finite(image.pixels, image.coverage, image.width, where);
 }
 
 constexpr double memory_per_decoded = 9;  // bytes per decoded byte: floats, and the Image
+
+/// Reads pixels, and releases pages of the answer that are copied: both together need little more memory than
+/// one of them.
+std::vector<Rgb> moved_pixels(ByteSource& source, std::string_view answer, std::size_t first_byte) {
+    constexpr std::size_t most_at_once = 1 << 16;  // pixels
+    const std::size_t count = source.count(sizeof(Rgb));
+    std::vector<Rgb> pixels;
+    pixels.reserve(count);
+    for (std::size_t released = 0; pixels.size() < count;) {
+        const std::size_t end = std::min(pixels.size() + most_at_once, count);
+        while (pixels.size() < end) pixels.push_back(source.value<Rgb>());
+        const std::size_t end_byte = first_byte + end * sizeof(Rgb);
+        release_pages(answer.substr(released, end_byte - released));
+        released = end_byte;
+    }
+    return pixels;
+}
 
 /// Converts the answer of a reader process, which is untrusted.
 Result<Image> image_from_answer(std::string_view answer, const std::string& where) {
     ByteSource source(answer);
     const auto head = source.value<ImageHead>();
-    Image image{head.width, head.height, source.values<Rgb>(), source.values<float>()};
+    Image image{head.width, head.height, {}, {}};
+    image.pixels = moved_pixels(source, answer, sizeof(ImageHead) + sizeof(std::uint64_t));
+    image.coverage = source.values<float>();
     if (head.relative_error >= 0) image.relative_error = head.relative_error;
     const bool has_size = head.width >= 1 && head.height >= 1;
     const std::uint64_t pixels = has_size ? std::uint64_t(head.width) * std::uint64_t(head.height) : 0;
@@ -82,7 +104,10 @@ Result<Image> image_from_answer(std::string_view answer, const std::string& wher
 }
 
 /// Decodes in a reader process if there is one, else in this process.
-Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
+///
+/// source  the bytes, or the descriptor of a file that holds them.
+template <class Source>
+Result<Image> guarded_image(std::string_view bytes, const Source& source, const std::string& where) {
     const Result<bool> apart = reads_apart();
     if (!apart) return Error{where, apart.error().what};
     if (!*apart) {
@@ -95,7 +120,7 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
         }
     }
     HF_TRY(const MappedFile answer,
-           read_apart(image_task, bytes, "", reader_limits(bytes.size(), most_decoded * memory_per_decoded),
+           read_apart(image_task, source, "", reader_limits(bytes.size(), most_decoded * memory_per_decoded),
                       where));
     return image_from_answer(answer.bytes, where);
 }
@@ -113,14 +138,14 @@ std::atomic<ImageDecoder>& image_decoder() {
 
 Result<Image> read_image(const std::filesystem::path& file) {
     const std::string where = file.string();
-    HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
+    HF_TRY(const InputFile opened, InputFile::open(file));
+    HF_TRY(const MappedFile mapped, mapped_file(opened.descriptor(), where, MappedPages::as_read));
     if (!image_plugin(mapped.bytes)) return not_an_image(where);
-    HF_TRY_DONE(load_pages(mapped, where));
-    return guarded_image(mapped.bytes, where);
+    return guarded_image(mapped.bytes, opened.descriptor(), where);
 }
 
 Result<Image> read_image_bytes(std::string_view bytes, const std::string& where) {
-    return guarded_image(bytes, where);
+    return guarded_image(bytes, bytes, where);
 }
 
 Result<Done> write_image(const Image& image, const std::filesystem::path& file) {
@@ -129,8 +154,18 @@ Result<Done> write_image(const Image& image, const std::filesystem::path& file) 
     const std::string ending = lower_ending(file);
     if (ending != ".exr" && ending != ".png")
         return Error{where, "found an unknown extension; expected .exr or .png"};
+    HF_TRY(const std::string bytes, ending == ".exr" ? exr_bytes(image.pixels, image.coverage, image.width,
+                                                                 image.height, image.relative_error, where)
+                                                     : png_file_bytes(image, /*with_alpha=*/false, where));
+    return write_file(file, bytes);
+}
+
+Result<Done> write_environment_image(const LatLongImage& image, const std::filesystem::path& file) {
+    const std::string where = file.string();
+    if (image.pixels.empty()) return Error{where, "the image is empty"};
+    HF_TRY_DONE(check_finite(image.pixels, {}, image.width, where));
     HF_TRY(const std::string bytes,
-           ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where));
+           exr_bytes(image.pixels, {}, image.width, image.height, std::nullopt, where));
     return write_file(file, bytes);
 }
 

@@ -9,9 +9,11 @@
 #include <ImfOutputFile.h>
 #include <png.h>
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <csetjmp>
+#include <cstdint>
 #include <vector>
 
 namespace haarfield {
@@ -97,27 +99,41 @@ Result<std::string> encoded_png(std::span<const std::uint16_t> texels, int width
     return encoded_rows(std::as_bytes(texels), width, height, 16);
 }
 
-Result<std::string> encoded_exr(std::span<const float> values, int width, int height,
-                                std::optional<float> relative_error) {
-    const std::size_t pixels = std::size_t(width) * std::size_t(height), channels = values.size() / pixels;
-    assert(values.size() == pixels * channels && (channels == 3 || channels == 4));
-    std::vector<Imath::half> halves(values.begin(), values.end());
+Result<std::string> encoded_exr(const std::function<void(int row, std::span<float> values)>& fill, int width,
+                                int height, std::size_t channels, std::optional<float> relative_error) {
+    assert(width > 0 && height > 0 && (channels == 3 || channels == 4));
+    constexpr int rows_at_once = 16;  // those of one compressed block
+    constexpr const char* names[] = {"R", "G", "B", "A"};
     Imf::Header header(width, height);
     header.compression() = Imf::ZIP_COMPRESSION;
     if (relative_error) header.insert(error_attribute, Imf::FloatAttribute(*relative_error));
-    Imf::FrameBuffer buffer;
-    constexpr const char* names[] = {"R", "G", "B", "A"};
-    for (std::size_t c = 0; c < channels; ++c) {
-        header.channels().insert(names[c], Imf::Channel(Imf::HALF));
-        const std::size_t step = channels * sizeof(Imath::half);
-        buffer.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves.data() + c), step,
-                                           step * std::size_t(width)));
-    }
+    for (std::size_t c = 0; c < channels; ++c) header.channels().insert(names[c], Imf::Channel(Imf::HALF));
+    const std::size_t row_values = std::size_t(width) * channels, step = channels * sizeof(Imath::half);
+    std::vector<float> values(row_values);
+    std::vector<Imath::half> halves(row_values * rows_at_once);
     MemoryStream stream;
+    // Growing by doubling would use three times the memory. Reserved pages are used only as they are filled.
+    stream.bytes_.reserve(row_values * std::size_t(height) * sizeof(Imath::half));
     try {
         Imf::OutputFile file(stream, header);
-        file.setFrameBuffer(buffer);
-        file.writePixels(height);
+        for (int first = 0; first < height; first += rows_at_once) {
+            const int count = std::min(rows_at_once, height - first);
+            for (int row = 0; row < count; ++row) {
+                fill(first + row, values);
+                std::copy(values.begin(), values.end(),
+                          halves.begin() + std::ptrdiff_t(row) * std::ptrdiff_t(row_values));
+            }
+            Imf::FrameBuffer buffer;
+            for (std::size_t c = 0; c < channels; ++c) {
+                // Addresses are relative to row 0 of the picture.
+                const auto start = reinterpret_cast<std::uintptr_t>(halves.data() + c) -
+                                   std::uintptr_t(first) * step * std::uintptr_t(width);
+                buffer.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(start), step,
+                                                   step * std::size_t(width)));
+            }
+            file.setFrameBuffer(buffer);
+            file.writePixels(count);
+        }
     } catch (const std::exception& error) {
         return Error{"", error.what()};
     }

@@ -4,6 +4,7 @@
 #include "fields/base/result.h"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,9 +25,11 @@ Result<std::string> encoded_png(std::span<const std::uint16_t> texels, int width
 
 /// Encodes linear texels as OpenEXR with half floats and ZIP compression. Equal pictures give equal bytes.
 ///
-/// values  row by row from the top, 3 or 4 channels each (asserted); within the range of half floats.
-/// errors  those of OpenEXR, with an empty `where`.
-Result<std::string> encoded_exr(std::span<const float> values, int width, int height,
-                                std::optional<float> relative_error);
+/// fill      called for each row from the top, with width * channels values to set, which must be within the
+///           range of half floats.
+/// channels  3 or 4 (asserted).
+/// errors    those of OpenEXR, with an empty `where`.
+Result<std::string> encoded_exr(const std::function<void(int row, std::span<float> values)>& fill, int width,
+                                int height, std::size_t channels, std::optional<float> relative_error);
 
 }  // namespace haarfield

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::uint64_t largest_image = std::uint64_t{1} << 28;  // pixels
 constexpr int most_channels = 64;
+constexpr int rows_at_once = 64;
 
 std::string open_image_error(std::string words) {
     while (!words.empty() && (words.back() == '\n' || words.back() == ' ')) words.pop_back();
@@ -68,11 +69,6 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
         return Error{where, fmt::format("{} x {} pixels in {} bytes; expected a file that holds them",
                                         spec.width, spec.height, file_bytes)};
 
-    std::vector<float> values(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
-    if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()))
-        return Error{where, open_image_error(input.geterror())};
-    if (input.has_error()) return Error{where, open_image_error(input.geterror())};
-
     // The data window of an EXR may be smaller or larger than the picture. Missing pixels are background.
     Image image{spec.full_width, spec.full_height, {}, {}};
     if (const float error = spec.get_float_attribute(error_attribute, -1); error >= 0)
@@ -85,14 +81,26 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
     for (int c = 0, next = 0; c < spec.nchannels && next < (colours == 1 ? 1 : 3); ++c)
         if (c != spec.alpha_channel) channel[next++] = c;
     if (colours == 1) channel[1] = channel[2] = channel[0];
+    // Scanlines are decoded in pieces: the floats of all channels may need more memory than the image.
+    const int piece = spec.tile_width > 0 ? spec.height : std::min(spec.height, rows_at_once);
+    std::vector<float> values(static_cast<std::size_t>(piece) * spec.width * spec.nchannels);
     for (int row = 0; row < spec.height; ++row) {
+        if (row % piece == 0) {
+            const int first = spec.y + row, end = std::min(first + piece, spec.y + spec.height);
+            const bool is_read =
+                spec.tile_width > 0
+                    ? input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data())
+                    : input.read_scanlines(0, 0, first, end, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
+                                           values.data());
+            if (!is_read || input.has_error()) return Error{where, open_image_error(input.geterror())};
+        }
         const int y = row + spec.y - spec.full_y;
         if (y < 0 || y >= image.height) continue;
         for (int column = 0; column < spec.width; ++column) {
             const int x = column + spec.x - spec.full_x;
             if (x < 0 || x >= image.width) continue;
             const float* value =
-                &values[(static_cast<std::size_t>(row) * spec.width + column) * spec.nchannels];
+                &values[(static_cast<std::size_t>(row % piece) * spec.width + column) * spec.nchannels];
             const std::size_t pixel = static_cast<std::size_t>(y) * image.width + x;
             for (int c = 0; c < 3; ++c)
                 image.pixels[pixel][c] = encoded ? srgb_decoded(value[channel[c]]) : value[channel[c]];

@@ -61,6 +61,25 @@ TEST(LightSources, KeepTheEnergyOfTheEnvironment) {
     expect_near(by_lights, wanted, 1e-5, "lights");
 }
 
+TEST(LightSources, AreFoundAtFullSizeBeforeWideImagesAreReduced) {
+    LatLongImage image{8192, 8, {}};
+    for (int row = 0; row < image.height; ++row)
+        for (int column = 0; column < image.width; ++column)
+            image.pixels.emplace_back(0.5f + 0.1f * float((column / 3 + row) % 5), 0.4f, 0.3f);
+    constexpr int at_column = 1001, at_row = 3;
+    pixel(image, at_column, at_row) = Rgb(4e6f, 3e6f, 2e6f);
+    const SplitLight split = split_light({image, {}});
+    EXPECT_EQ(split.smooth.width, 4096);
+    EXPECT_EQ(split.smooth.height, 4);
+    ASSERT_EQ(split.sources.size(), 1u);
+    const LightSource& source = split.sources[0];
+    EXPECT_NEAR(source.solid_angle, lat_long_pixel_solid_angle(at_row, image.width, image.height), 1e-12);
+    expect_near(energy(split.smooth) + energy(source.parts), energy(image), 1e-5, "all light");
+    image.pixels[std::size_t(at_row * image.width + at_column)] = Rgb(0.5f, 0.4f, 0.3f);
+    expect_near(energy(split.smooth), energy(image), 1e-4, "smooth light");
+    for (const Rgb& left : split.smooth.pixels) EXPECT_LE(left.x, 0.91f);
+}
+
 TEST(LightSources, LeaveTheLevelOfTheirSurroundings) {
     const SplitLight split = split_light({lamps_and_sun(), {}});
     for (const Rgb& left : split.smooth.pixels)

@@ -172,7 +172,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
     expose_room(scene, entities, environment, context);
 
-    const ShadedScene shaded = shaded_scene(scene, entities, std::move(environment));
+    ShadedScene shaded = shaded_scene(scene, entities, std::move(environment));
     const Stopwatch watch;
     std::vector<std::optional<MeshPoint>> pixels;
     if (render.bake.error && !render.bake.everywhere)
@@ -207,7 +207,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
                   shading.wall);
 
     if (context.progress.stop.stop_requested()) return interruption();
-    const LatLongImage background = image_with_suns(shaded.environment);
+    const LatLongImage background = image_with_suns(std::move(shaded.environment));
     HF_TRY(const BakedFiles files, written_scene(output, file_stem(scene), scene.camera, instances,
                                                  BackgroundDescription{&background}, context));
     if (options.worst && baked.search)

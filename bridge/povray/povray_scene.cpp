@@ -135,8 +135,7 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
     if (!background.environment) return guard + "background { rgb 0 }\n#end\n";
     const LatLongImage& environment = *background.environment;
     const std::string name = stem + "_environment.exr";
-    const Image image{environment.width, environment.height, environment.pixels, {}};
-    HF_TRY_DONE(write_image(image, folder / name));
+    HF_TRY_DONE(write_environment_image(environment, folder / name));
     // The rows of the matrix are the world directions of the image's left edge at the horizon, of its top,
     // and of a quarter from the left edge; see lat_long_direction.
     const std::string pigment = fmt::format(

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 #include "fields/file/input_file.h"
@@ -56,6 +57,15 @@ Result<Done> load_pages(const MappedFile& file, const std::string& where) {
         madvise(const_cast<char*>(file.bytes.data()), file.bytes.size(), MADV_POPULATE_READ);
 #endif
     return Done{};
+}
+
+void release_pages(std::string_view bytes) {
+    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    const auto address = reinterpret_cast<std::uintptr_t>(bytes.data());
+    const std::uintptr_t first = (address + page - 1) / page * page,
+                         end = (address + bytes.size()) / page * page;
+    // Only for memory: a failure has no other effect.
+    if (first < end) madvise(const_cast<char*>(bytes.data()) + (first - address), end - first, MADV_DONTNEED);
 }
 
 }  // namespace haarfield

@@ -35,6 +35,10 @@ Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pa
 /// errors  more bytes than the machine has memory, such as those of a sparse file.
 Result<Done> load_pages(const MappedFile& file, const std::string& where);
 
+/// Removes the whole pages among some bytes of a mapped file from the memory of this process. A later access
+/// loads them again.
+void release_pages(std::string_view bytes);
+
 /// Maps an open file, which stays open. `where` is the name of the file in errors.
 Result<MappedFile> mapped_file(int descriptor, const std::string& where,
                                MappedPages pages = MappedPages::now);

@@ -8,30 +8,49 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 namespace haarfield {
 
 EnvironmentFindings clean_environment(LatLongImage& image) {
-    float largest = 0;
-    for (const Rgb& pixel : image.pixels)
-        for (const float value : {pixel.x, pixel.y, pixel.z})
-            if (std::isfinite(value)) largest = std::max(largest, value);
-
-    EnvironmentFindings findings;
-    for (Rgb& pixel : image.pixels)
-        for (float* value : {&pixel.x, &pixel.y, &pixel.z}) {
-            if (std::isnan(*value)) {
-                *value = 0;
-                ++findings.non_finite_values;
-            } else if (*value < 0) {
-                *value = 0;
-                ++findings.negative_values;
-            } else if (std::isinf(*value)) {
-                *value = largest;
-                ++findings.non_finite_values;
+    const std::size_t width = std::size_t(image.width), height = std::size_t(image.height);
+    std::vector<float> largest_of_row(height, 0.0f);
+    std::vector<EnvironmentFindings> found(height);
+    const auto for_each_row = [&](const auto& change) {
+        tbb::parallel_for(std::size_t(0), height, [&](std::size_t row) {
+            change(row, std::span(image.pixels).subspan(row * width, width));
+        });
+    };
+    for_each_row([&](std::size_t row, std::span<Rgb> pixels) {
+        float largest = 0;
+        for (const Rgb& pixel : pixels)
+            for (const float value : {pixel.x, pixel.y, pixel.z})
+                if (std::isfinite(value)) largest = std::max(largest, value);
+        largest_of_row[row] = largest;
+    });
+    const float largest = height > 0 ? std::ranges::max(largest_of_row) : 0.0f;
+    for_each_row([&](std::size_t row, std::span<Rgb> pixels) {
+        for (Rgb& pixel : pixels)
+            for (float* value : {&pixel.x, &pixel.y, &pixel.z}) {
+                if (*value >= 0 && *value <= largest) continue;
+                if (std::isnan(*value)) {
+                    *value = 0;
+                    ++found[row].non_finite_values;
+                } else if (*value < 0) {
+                    *value = 0;
+                    ++found[row].negative_values;
+                } else {
+                    *value = largest;
+                    ++found[row].non_finite_values;
+                }
             }
-        }
+    });
+    EnvironmentFindings findings;
+    for (const EnvironmentFindings& of_row : found) {
+        findings.negative_values += of_row.negative_values;
+        findings.non_finite_values += of_row.non_finite_values;
+    }
     return findings;
 }
 
@@ -105,8 +124,8 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) 
     return directions;
 }
 
-LatLongImage image_with_suns(const Environment& environment) {
-    LatLongImage image = environment.image;
+LatLongImage image_with_suns(Environment environment) {
+    LatLongImage image = std::move(environment.image);
     constexpr int samples = 8192;
     for (const SunDisc& sun : environment.suns)
         for (const Vec3f& direction : disc_directions(sun, samples)) {

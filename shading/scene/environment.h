@@ -40,8 +40,9 @@ struct Environment {
 };
 
 /// Returns the environment as one image, with the energy of the discs spread over the pixels that they cover.
-/// For backgrounds, and for light that need not be sharp.
-LatLongImage image_with_suns(const Environment& environment);
+/// For backgrounds, and for light that need not be sharp. An environment that is moved in is changed in
+/// place.
+LatLongImage image_with_suns(Environment environment);
 
 /// Returns the unevenness of an image's light: the root mean square of its luminance over its mean, over all
 /// directions. 1 for uniform or black images.

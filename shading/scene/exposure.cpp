@@ -3,8 +3,11 @@
 #include "fields/base/spiral.h"
 #include "shading/scene/light_sources.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace haarfield {
 
@@ -19,17 +22,26 @@ constexpr std::size_t normals = 1024;
 std::vector<ExposedLight> gathered_light(const Environment& environment) {
     const LatLongImage& image = environment.image;
     std::vector<Vec3d> cells(std::size_t(columns * rows), Vec3d(0, 0, 0));  // Irradiance * direction.
-    for (int row = 0; row < image.height; ++row) {
-        const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height);
-        for (int column = 0; column < image.width; ++column) {
-            const Rgb& radiance =
-                image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
-            const Vec3d direction =
-                lat_long_direction((column + 0.5) / image.width, (row + 0.5) / image.height);
-            cells[std::size_t(row * rows / image.height * columns + column * columns / image.width)] +=
-                direction * (double(luminance(radiance)) * solid_angle);
+    std::vector<Vec3d> meridians;  // Horizontal directions of the columns.
+    for (int column = 0; column < image.width; ++column)
+        meridians.push_back(lat_long_direction((column + 0.5) / image.width, 0.5));
+    tbb::parallel_for(0, rows, [&](int cell_row) {
+        for (int row = 0; row < image.height; ++row) {
+            if (std::int64_t(row) * rows / image.height != cell_row) continue;
+            const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height),
+                         latitude = pi * (0.5 - (row + 0.5) / image.height), cosine = std::cos(latitude),
+                         sine = std::sin(latitude);
+            for (int column = 0; column < image.width; ++column) {
+                const Rgb& radiance =
+                    image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
+                const Vec3d& meridian = meridians[std::size_t(column)];
+                cells[std::size_t(cell_row) * columns +
+                      std::size_t(std::int64_t(column) * columns / image.width)] +=
+                    Vec3d(meridian.x * cosine, sine, meridian.z * cosine) *
+                    (double(luminance(radiance)) * solid_angle);
+            }
         }
-    }
+    });
     std::vector<ExposedLight> light;
     for (const Vec3d& cell : cells)
         if (cell.length() > 0) light.push_back({cell.normalized(), cell.length()});

@@ -1,5 +1,7 @@
 #include "shading/scene/light_sources.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -29,17 +31,33 @@ void for_each_neighbour(const LatLongImage& image, std::size_t pixel, const Visi
         }
 }
 
+/// Returns the pixels above a luminance in increasing order.
+std::vector<std::size_t> bright_pixels(const LatLongImage& image, double above) {
+    const std::size_t width = std::size_t(image.width);
+    std::vector<std::vector<std::size_t>> of_row(std::size_t(image.height));
+    tbb::parallel_for(std::size_t(0), of_row.size(), [&](std::size_t row) {
+        for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel)
+            if (double(luminance(image.pixels[pixel])) > above) of_row[row].push_back(pixel);
+    });
+    std::vector<std::size_t> pixels;
+    for (const std::vector<std::size_t>& row : of_row) pixels.insert(pixels.end(), row.begin(), row.end());
+    return pixels;
+}
+
 /// Returns the 8-connected regions of pixels above a luminance, from the top. Pixels of a region are in the
 /// order in which they are reached.
 std::vector<std::vector<std::size_t>> bright_regions(const LatLongImage& image, double above) {
+    const std::vector<std::size_t> bright = bright_pixels(image, above);
     std::vector<std::vector<std::size_t>> regions;
-    std::vector<std::uint8_t> reached(image.pixels.size(), 0);
+    std::vector<std::uint8_t> reached(bright.size(), 0);
     const auto reach = [&](std::size_t pixel, std::vector<std::size_t>& region) {
-        if (reached[pixel] || !(double(luminance(image.pixels[pixel])) > above)) return;
-        reached[pixel] = 1;
-        region.push_back(pixel);
+        const auto found = std::ranges::lower_bound(bright, pixel);
+        if (found == bright.end() || *found != pixel) return;
+        std::uint8_t& is_reached = reached[std::size_t(found - bright.begin())];
+        if (!is_reached) region.push_back(pixel);
+        is_reached = 1;
     };
-    for (std::size_t pixel = 0; pixel < image.pixels.size(); ++pixel) {
+    for (const std::size_t pixel : bright) {
         std::vector<std::size_t> region;
         reach(pixel, region);
         for (std::size_t i = 0; i < region.size(); ++i)
@@ -47,6 +65,51 @@ std::vector<std::vector<std::size_t>> bright_regions(const LatLongImage& image, 
         if (!region.empty()) regions.push_back(std::move(region));
     }
     return regions;
+}
+
+/// A pixel without the light of its source.
+struct DimmedPixel {
+    std::size_t pixel;
+    Rgb radiance;
+};
+
+/// Returns the factor by which the smooth image is smaller than an environment.
+int reduction_of(const LatLongImage& image) {
+    int factor = 1;
+    while (image.width / factor > widest_smooth && image.width % (2 * factor) == 0 &&
+           image.height % (2 * factor) == 0)
+        factor *= 2;
+    return factor;
+}
+
+/// Replaces pixels of an image, then averages squares of factor x factor pixels by solid angle.
+LatLongImage smooth_image(const LatLongImage& image, std::vector<DimmedPixel> dimmed) {
+    std::ranges::sort(dimmed, {}, &DimmedPixel::pixel);
+    const int factor = reduction_of(image);
+    LatLongImage smooth{image.width / factor, image.height / factor, {}};
+    if (factor == 1) {
+        smooth.pixels = image.pixels;
+        for (const DimmedPixel& one : dimmed) smooth.pixels[one.pixel] = one.radiance;
+        return smooth;
+    }
+    const std::size_t width = std::size_t(image.width), small_width = std::size_t(smooth.width);
+    smooth.pixels.resize(small_width * std::size_t(smooth.height), Rgb(0.0f));
+    tbb::parallel_for(std::size_t(0), std::size_t(smooth.height), [&](std::size_t row) {
+        const std::size_t first_row = row * std::size_t(factor);
+        const double whole = lat_long_pixel_solid_angle(int(row), smooth.width, smooth.height);
+        std::vector<Rgb> pixels(width);
+        Rgb* const sums = &smooth.pixels[row * small_width];
+        for (std::size_t r = first_row; r < first_row + std::size_t(factor); ++r) {
+            std::copy_n(image.pixels.begin() + std::ptrdiff_t(r * width), width, pixels.begin());
+            for (auto one = std::ranges::lower_bound(dimmed, r * width, {}, &DimmedPixel::pixel);
+                 one != dimmed.end() && one->pixel < (r + 1) * width; ++one)
+                pixels[one->pixel - r * width] = one->radiance;
+            const float share = float(lat_long_pixel_solid_angle(int(r), image.width, image.height) / whole);
+            for (std::size_t column = 0; column < width; ++column)
+                sums[column / std::size_t(factor)] += pixels[column] * share;
+        }
+    });
+    return smooth;
 }
 
 /// Returns the mean of the pixels around a region; black if there are none.
@@ -182,20 +245,26 @@ std::vector<DirectionalLight> reduced_lights(std::span<const DirectionalLight> p
 }
 
 SplitLight split_light(const Environment& environment, const SourceRule& rule) {
-    SplitLight split{environment.image, {}};
-    LatLongImage& image = split.smooth;
+    SplitLight split;
+    const LatLongImage& image = environment.image;
     double total = 0;
     const auto solid_angle = [&](std::size_t pixel) {
         return lat_long_pixel_solid_angle(int(pixel) / image.width, image.width, image.height);
     };
-    for (int row = 0; row < image.height; ++row) {
-        double sum = 0;
-        for (int column = 0; column < image.width; ++column)
-            sum += double(luminance(image.pixels[std::size_t(row * image.width + column)]));
-        total += sum * lat_long_pixel_solid_angle(row, image.width, image.height);
-    }
+    std::vector<double> of_row(std::size_t(image.height), 0.0);
+    tbb::parallel_for(0, image.height, [&](int row) {
+        double& sum = of_row[std::size_t(row)];
+        const Rgb* const pixels = image.pixels.data() + std::size_t(row) * std::size_t(image.width);
+        for (int column = 0; column < image.width; ++column) sum += double(luminance(pixels[column]));
+    });
+    for (int row = 0; row < image.height; ++row)
+        total += of_row[std::size_t(row)] * lat_long_pixel_solid_angle(row, image.width, image.height);
     for (const SunDisc& sun : environment.suns) total += double(luminance(sun.irradiance));
-    if (!(total > 0)) return split;
+    std::vector<DimmedPixel> dimmed;
+    if (!(total > 0)) {
+        split.smooth = smooth_image(image, {});
+        return split;
+    }
 
     for (const SunDisc& sun : environment.suns) {
         if (!(luminance(sun.irradiance) > 0)) continue;
@@ -223,10 +292,11 @@ SplitLight split_light(const Environment& environment, const SourceRule& rule) {
         source.share = light_of(irradiance) / total;
         if (!(source.share >= rule.least_share)) continue;
         for (const std::size_t pixel : region)
-            image.pixels[pixel] -= without_negative(image.pixels[pixel] - level);
+            dimmed.push_back({pixel, image.pixels[pixel] - without_negative(image.pixels[pixel] - level)});
         source.lights = reduced_lights(source.parts, light_count(source, rule));
         split.sources.push_back(std::move(source));
     }
+    split.smooth = smooth_image(image, std::move(dimmed));
     return split;
 }
 

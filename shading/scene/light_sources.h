@@ -47,9 +47,13 @@ struct SourceRule {
     int most_splits = 16;                       ///< but along each edge into at most this number.
 };
 
+/// The largest width of a smooth image. Wider images with even widths and heights are halved until they are
+/// no wider. Four of its pixels span a texel of a cubemap with 256 texels per edge. [pixels]
+inline constexpr int widest_smooth = 4096;
+
 /// An environment, split into sources and the remainder.
 struct SplitLight {
-    LatLongImage smooth;               ///< The remainder of the image.
+    LatLongImage smooth;               ///< The remainder of the image, reduced to widest_smooth.
     std::vector<LightSource> sources;  ///< Discs first, then regions of the image from the top.
 };
 
@@ -58,7 +62,7 @@ struct SplitLight {
 ///
 /// environment  clean (clean_environment).
 /// accuracy     smooth image and sources together preserve the environment's energy, by channel, to 1e-5.
-/// cost         about 20 ms for 1024 x 512 pixels.
+/// cost         about 20 ms for 1024 x 512 pixels; memory only for the smooth image and the sources.
 SplitLight split_light(const Environment& environment, const SourceRule& rule = {});
 
 /// Clusters the parts of a source into at most `count` lights. Repeatedly divides the cluster with the
