@@ -35,7 +35,8 @@ Result<std::string> named(Result<std::string> bytes, const std::string& where) {
 }
 
 Result<std::string> exr_bytes(std::span<const Rgb> pixels, std::span<const float> coverage, int width,
-                              int height, std::optional<float> relative_error, const std::string& where) {
+                              int height, std::optional<float> relative_error, ExrCompression compression,
+                              const std::string& where) {
     const std::size_t channels = coverage.empty() ? 3 : 4, row_pixels = std::size_t(width);
     const auto fill = [&](int row, std::span<float> values) {
         auto value = values.begin();
@@ -44,7 +45,7 @@ Result<std::string> exr_bytes(std::span<const Rgb> pixels, std::span<const float
             if (channels == 4) *value++ = std::clamp(coverage[i], 0.0f, 1.0f);
         }
     };
-    return named(encoded_exr(fill, width, height, channels, relative_error), where);
+    return named(encoded_exr(fill, width, height, channels, relative_error, compression), where);
 }
 
 Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const std::string& where) {
@@ -154,9 +155,10 @@ Result<Done> write_image(const Image& image, const std::filesystem::path& file) 
     const std::string ending = lower_ending(file);
     if (ending != ".exr" && ending != ".png")
         return Error{where, "found an unknown extension; expected .exr or .png"};
-    HF_TRY(const std::string bytes, ending == ".exr" ? exr_bytes(image.pixels, image.coverage, image.width,
-                                                                 image.height, image.relative_error, where)
-                                                     : png_file_bytes(image, /*with_alpha=*/false, where));
+    HF_TRY(const std::string bytes, ending == ".exr"
+                                        ? exr_bytes(image.pixels, image.coverage, image.width, image.height,
+                                                    image.relative_error, ExrCompression::zip, where)
+                                        : png_file_bytes(image, /*with_alpha=*/false, where));
     return write_file(file, bytes);
 }
 
@@ -165,7 +167,7 @@ Result<Done> write_environment_image(const LatLongImage& image, const std::files
     if (image.pixels.empty()) return Error{where, "the image is empty"};
     HF_TRY_DONE(check_finite(image.pixels, {}, image.width, where));
     HF_TRY(const std::string bytes,
-           exr_bytes(image.pixels, {}, image.width, image.height, std::nullopt, where));
+           exr_bytes(image.pixels, {}, image.width, image.height, std::nullopt, ExrCompression::piz, where));
     return write_file(file, bytes);
 }
 

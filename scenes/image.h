@@ -52,7 +52,8 @@ Result<Image> read_image_bytes(std::string_view bytes, const std::string& where)
 /// errors    an empty image; non-finite radiance or coverage; errors of the file system.
 Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 
-/// Writes an environment as .exr, as write_image does, without a copy of its pixels.
+/// Writes an environment as .exr, as write_image does, but with PIZ compression, which is faster for noisy
+/// images, and without a copy of its pixels.
 ///
 /// errors    those of write_image.
 Result<Done> write_environment_image(const LatLongImage& image, const std::filesystem::path& file);

@@ -100,12 +100,13 @@ Result<std::string> encoded_png(std::span<const std::uint16_t> texels, int width
 }
 
 Result<std::string> encoded_exr(const std::function<void(int row, std::span<float> values)>& fill, int width,
-                                int height, std::size_t channels, std::optional<float> relative_error) {
+                                int height, std::size_t channels, std::optional<float> relative_error,
+                                ExrCompression compression) {
     assert(width > 0 && height > 0 && (channels == 3 || channels == 4));
-    constexpr int rows_at_once = 16;  // those of one compressed block
+    constexpr int rows_at_once = 32;  // one compressed block of PIZ, two of ZIP
     constexpr const char* names[] = {"R", "G", "B", "A"};
     Imf::Header header(width, height);
-    header.compression() = Imf::ZIP_COMPRESSION;
+    header.compression() = compression == ExrCompression::piz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
     if (relative_error) header.insert(error_attribute, Imf::FloatAttribute(*relative_error));
     for (std::size_t c = 0; c < channels; ++c) header.channels().insert(names[c], Imf::Channel(Imf::HALF));
     const std::size_t row_values = std::size_t(width) * channels, step = channels * sizeof(Imath::half);

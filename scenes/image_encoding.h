@@ -23,13 +23,18 @@ Result<std::string> encoded_png(std::span<const std::uint8_t> texels, int width,
 /// Encodes linear RGB texels of 16 bits as PNG.
 Result<std::string> encoded_png(std::span<const std::uint16_t> texels, int width, int height);
 
-/// Encodes linear texels as OpenEXR with half floats and ZIP compression. Equal pictures give equal bytes.
+/// Lossless compressions of OpenEXR. `piz` takes a ninth of the time of `zip` for a noisy environment of
+/// 8192 x 4096 texels (0.8 s against 7 s) and 5 % fewer bytes.
+enum class ExrCompression { zip, piz };
+
+/// Encodes linear texels as OpenEXR with half floats. Equal pictures give equal bytes.
 ///
 /// fill      called for each row from the top, with width * channels values to set, which must be within the
 ///           range of half floats.
 /// channels  3 or 4 (asserted).
 /// errors    those of OpenEXR, with an empty `where`.
 Result<std::string> encoded_exr(const std::function<void(int row, std::span<float> values)>& fill, int width,
-                                int height, std::size_t channels, std::optional<float> relative_error);
+                                int height, std::size_t channels, std::optional<float> relative_error,
+                                ExrCompression compression);
 
 }  // namespace haarfield

@@ -30,7 +30,9 @@ const std::map<std::string, std::vector<std::string>> rooms_of{
 // Libraries that only some files may include, and these files.
 const std::map<std::string, std::set<std::string>> only_known_to{
     {"openvdb/", {"fields/vdb/vdb_archive.h"}},
-    {"CGAL/", {"fields/preparation/mesh_preparation.cpp", "fields/preparation/opaque_outline.cpp"}},
+    {"CGAL/",
+     {"fields/preparation/mesh_preparation.cpp", "fields/preparation/mesh_simplification.cpp",
+      "fields/preparation/opaque_outline.cpp"}},
     {"assimp/",
      {"fields/model/assimp_content.cpp", "fields/model/assimp_model.cpp", "fields/model/assimp_materials.cpp",
       "fields/model/assimp_materials.h", "fields/model/obj_listing.cpp"}},

@@ -9,8 +9,10 @@ namespace haarfield {
 /// Thrown after a stop request by the functions of this header.
 struct Interrupted {};
 
-/// Numbers of triangles of a mesh that is simplified by its distance from the original.
-inline constexpr std::uint32_t fewest_coarse = 4000, most_coarse = 64000;
+/// The fewest triangles of a mesh that is simplified by its distance from the original.
+inline constexpr std::uint32_t fewest_coarse = 4000;
+/// The most triangles of such a mesh, at any distance.
+inline constexpr std::uint32_t most_coarse = 64000;
 
 /// Simplifies a mesh. Quadrics cost about 12 microseconds per triangle. A large scan is therefore first
 /// thinned by collapsing short edges, to a size at which the effect on the final few thousand triangles is

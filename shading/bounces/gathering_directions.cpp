@@ -17,7 +17,9 @@ constexpr std::size_t packet = 16;
 /// Returns the directions of a spiral: rings of about equal width and length of their packets, each sorted by
 /// angle.
 std::vector<Vec3f> spiral(std::size_t rays) {
-    const std::size_t ring = packet * static_cast<std::size_t>(std::sqrt(double(rays / packet)));
+    const std::size_t packets = rays / packet;
+    const auto rings = static_cast<std::size_t>(std::ceil(std::sqrt(double(packets) / 8)));
+    const std::size_t ring = packet * ((packets + rings - 1) / rings);
     std::vector<std::size_t> order(rays);
     std::iota(order.begin(), order.end(), std::size_t(0));
     const auto turn = [](std::size_t k) {

@@ -7,7 +7,8 @@
 
 namespace haarfield {
 
-inline constexpr int least_gathering_rays = 16, most_gathering_rays = 4096;
+inline constexpr int least_gathering_rays = 16;   ///< The smallest number of rays.
+inline constexpr int most_gathering_rays = 4096;  ///< The largest number of rays.
 
 /// Returns unit directions about z whose density is that of the cosine: those of spiral_direction. Each run
 /// of 16 lies in a small part of the hemisphere, so that its rays are a packet.

@@ -42,8 +42,6 @@ struct ShadingGeometry {
     bool simplifies;              ///< Entity::levels are made: with Occlusion::automatic.
     DirectionPyramid directions;
 
-    /// @name Data of the instances as placed: see place_instances.
-    /// @{
     /// Data of one instance.
     struct Instance {
         std::vector<ConvexPolygon> polygons;  ///< Entity::polygons, rotated.
@@ -51,6 +49,9 @@ struct ShadingGeometry {
         Vec3f middle;          ///< Centre of its bounding sphere, in the world. [m]
         float radius, nearer;  ///< Radius of this sphere; distance from which impostors replace it. [m]
     };
+
+    /// @name Data of the instances as placed: see place_instances.
+    /// @{
     std::vector<Instance> instances;
     std::vector<std::optional<Impostors>> impostors;  ///< By entity; for entities viewed from far enough.
     InstanceGrid grid;                                ///< Finds the instances that may occlude a point.
