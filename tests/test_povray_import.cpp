@@ -308,7 +308,6 @@ TEST(LightProbe, HasSkyObjectsAndTheIrradianceOfLights) {
     double irradiance = 0;
     for (int row = 0; row < light.height; ++row)
         for (int column = 0; column < light.width; ++column) {
-            const Vec3d d = lat_long_direction((column + 0.5) / light.width, (row + 0.5) / light.height);
             const float red = light.pixels[std::size_t(row * light.width + column)].x;
             if (red > 1)
                 irradiance += double(red) * lat_long_pixel_solid_angle(row, light.width, light.height);

@@ -63,11 +63,11 @@ std::size_t list_clusters_near_axes(const OccluderEdges& edges, const ViewedOccl
 HWY_INLINE hn::Mask<Floats> may_surround(const ViewedVertices& p, const ViewedVertices& q,
                                          const ViewedVertices& r, int axis) {
     const Floats d;
-    const auto [across, up] = axis_frames[std::size_t(axis)];
+    const AxisFrame& frame = axis_frames[std::size_t(axis)];
     const auto side = [&](const ViewedVertices& a, const ViewedVertices& b, int sign) {
         constexpr float rounding = 1e-6f;
-        const VF left = hn::Mul(component(a, across), component(b, up)),
-                 right = hn::Mul(component(a, up), component(b, across)),
+        const VF left = hn::Mul(component(a, frame.across), component(b, frame.up)),
+                 right = hn::Mul(component(a, frame.up), component(b, frame.across)),
                  error = hn::Mul(hn::Set(d, rounding), hn::Add(hn::Abs(left), hn::Abs(right)));
         return sign > 0 ? hn::Gt(hn::Sub(left, right), error) : hn::Gt(hn::Sub(right, left), error);
     };

@@ -134,14 +134,15 @@ GatheredIrradiance IndirectLight::gathered_at(const ShadedScene& scene, std::siz
     const Placement& placement = scene.instances[instance].placement;
     const Vec3f from = placement.point_to_world(point.sample);
     const Vec3f normal = placement.direction_to_world(point.normal);
-    const auto [across, up] = axes_across(normal);
+    const Axes<Vec3f> axes = axes_across(normal);
     double near = 0;
     Rgb sum(0.0f);
     std::array<Vec3f, FineSurface::packet> directions;
     const std::span<const Vec3f> upright = gathering_directions(rays);
     for (std::size_t first = 0; first < upright.size(); first += directions.size()) {
-        std::ranges::transform(upright.subspan(first, directions.size()), directions.begin(),
-                               [&](const Vec3f& d) { return across * d.x + up * d.y + normal * d.z; });
+        std::ranges::transform(
+            upright.subspan(first, directions.size()), directions.begin(),
+            [&](const Vec3f& d) { return axes.across * d.x + axes.up * d.y + normal * d.z; });
         for (const std::optional<SurfaceHit>& hit : surface->first_hits(scene, from, directions)) {
             if (!hit) continue;
             sum += radiance_of(scene, *hit);
