@@ -132,7 +132,7 @@ TEST_F(PlacedBakeTest, TransmittancesHaveShadowsAndFilters) {
     ASSERT_TRUE(queries) << queries.error().message();
     const Result<SceneSurvey> survey = scene_survey(*queries);
     ASSERT_TRUE(survey) << survey.error().message();
-    std::vector<LightSample> samples;
+    std::vector<LitPlace> samples;
     for (const double x : {0.0, 10.0, 20.0})
         for (const std::size_t light : {0u, 1u}) samples.push_back({Vec3d(x, 0, 0), light});
     const auto fractions = light_transmittances(*queries, *survey, samples, 0.05, /*without_gamma=*/true);

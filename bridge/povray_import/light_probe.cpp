@@ -108,7 +108,7 @@ Result<double> gamma_of_scene(const SceneQueries& queries, const Progress& progr
 }
 
 Result<std::vector<Rgb>> light_transmittances(const SceneQueries& queries, const SceneSurvey& survey,
-                                              std::span<const LightSample> samples, double size,
+                                              std::span<const LitPlace> samples, double size,
                                               bool without_gamma, const Progress& progress) {
     std::vector<Rgb> fractions(samples.size(), Rgb(0.0f));
     if (samples.empty()) return fractions;
@@ -122,7 +122,7 @@ Result<std::vector<Rgb>> light_transmittances(const SceneQueries& queries, const
     if (without_gamma) query.prelude = "global_settings{assumed_gamma 1}\n";
     query.suffix = "\n#version 3.7;\nglobal_settings{adc_bailout 0}\n";
     std::string rays;
-    for (const LightSample& sample : samples) {
+    for (const LitPlace& sample : samples) {
         const Vec3d m = lamp_light(lamps[sample.light], sample.place).direction.normalized(),
                     aside = std::abs(m.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0),
                     e1 = m.cross(aside).normalized(), e2 = m.cross(e1);

@@ -52,7 +52,7 @@ struct ProbedLight {
 Result<double> gamma_of_scene(const SceneQueries& queries, const Progress& progress = {});
 
 /// A point at which a light's direct light is measured.
-struct LightSample {
+struct LitPlace {
     Vec3d place{0, 0, 0};   ///< In the file's coordinates.
     std::size_t light = 0;  ///< Index in SceneSurvey::lights.
 };
@@ -67,7 +67,7 @@ struct LightSample {
 /// errors         those of SceneQueries::answer.
 /// cost           one run of POV-Ray.
 Result<std::vector<Rgb>> light_transmittances(const SceneQueries& queries, const SceneSurvey& survey,
-                                              std::span<const LightSample> samples, double size,
+                                              std::span<const LitPlace> samples, double size,
                                               bool without_gamma, const Progress& progress = {});
 
 /// Renders the light at a place: the scene as POV-Ray shows it, with radiosity and media if the file has

@@ -115,7 +115,7 @@ Result<ModelsInScene> models_in_scene(std::span<const std::filesystem::path> fil
     }
     std::vector<SceneLamp> lamps;
     for (const ModelLight& light : survey.lights) lamps.push_back(scene_lamp(light, AffineMap(), 1));
-    std::vector<LightSample> samples;
+    std::vector<LitPlace> samples;
     for (const Vec3d& at : places)
         for (std::size_t light = 0; light < lamps.size(); ++light)
             if (lamp_light(lamps[light], at).share > 0) samples.push_back({at, light});
