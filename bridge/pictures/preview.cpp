@@ -285,20 +285,8 @@ private:
         alignas(64) std::array<int, packet> valid;
         Hits result;
         for (std::size_t i = 0; i < packet; ++i) {
-            const Vec3f along = direction(at[i]);
             valid[i] = i < count ? -1 : 0;
-            rays.ray.org_x[i] = origin_.x;
-            rays.ray.org_y[i] = origin_.y;
-            rays.ray.org_z[i] = origin_.z;
-            rays.ray.dir_x[i] = along.x;
-            rays.ray.dir_y[i] = along.y;
-            rays.ray.dir_z[i] = along.z;
-            rays.ray.tnear[i] = 0;
-            rays.ray.tfar[i] = INFINITY;
-            rays.ray.time[i] = 0;
-            rays.ray.mask[i] = ~0u;
-            rays.ray.id[i] = rays.ray.flags[i] = 0;
-            rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+            set_ray(rays.ray, i, origin_, direction(at[i]), INFINITY);
         }
         find_hits(scene_, valid.data(), rays, Coherence::high);
         for (std::size_t i = 0; i < count; ++i)

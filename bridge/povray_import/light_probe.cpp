@@ -104,7 +104,9 @@ Result<double> gamma_of_scene(const SceneQueries& queries, const Progress& progr
     HF_TRY(const std::filesystem::path exr, queries.rendered_exr(query, progress));
     HF_TRY(const Image image, read_image(exr));
     const double half = double(image.pixels.front().y);
-    return half > 0 && half < 1 ? std::log(half) / std::log(0.5) : 1;
+    constexpr double equal = 0.01;
+    const double gamma = half > 0 && half < 1 ? std::log(half) / std::log(0.5) : 1;
+    return std::abs(gamma - 1) < equal ? 1 : gamma;
 }
 
 Result<std::vector<Rgb>> light_transmittances(const SceneQueries& queries, const SceneSurvey& survey,
@@ -202,8 +204,7 @@ Result<ProbedLight> probed_light(const std::filesystem::path& file, const LightP
     HF_TRY(const SceneSurvey survey, scene_survey(queries, progress));
     HF_TRY(const double gamma, gamma_of_scene(queries, progress));
     LightProbe whole = probe;
-    constexpr double equal = 0.01;
-    whole.keeps_version = std::abs(gamma - 1) < equal;
+    whole.keeps_version = gamma == 1;
     return probed_light(queries, survey, whole, progress);
 }
 

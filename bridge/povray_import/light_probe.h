@@ -45,7 +45,7 @@ struct ProbedLight {
 };
 
 /// Returns the exponent with which POV-Ray converts the numbers of a scene to linear light: its
-/// `assumed_gamma`, or 1.
+/// `assumed_gamma`, or 1. Exponents within 0.01 of 1 are 1.
 ///
 /// errors  those of SceneQueries::answer.
 /// cost    one run of POV-Ray.

@@ -21,13 +21,16 @@ constexpr std::size_t normals = 64;
 constexpr int coarse_width = 128;       // Of probes that are only integrated. [pixels]
 constexpr double towards_corner = 0.9;  // The corners themselves may lie in a floor.
 
+/// The irradiance at surfaces with these normals.
+using Irradiances = std::array<Vec3d, normals>;
+
 Vec3d normal_of(std::size_t k) {
     return spiral_direction(k, 1 - (2.0 * double(k) + 1) / normals);
 }
 
 /// Returns the irradiance of a lat-long image at surfaces of many orientations.
-std::array<Vec3d, normals> irradiances(const Image& light) {
-    std::array<Vec3d, normals> sums, normal;
+Irradiances irradiances(const Image& light) {
+    Irradiances sums, normal;
     sums.fill(Vec3d(0, 0, 0));
     for (std::size_t k = 0; k < normals; ++k) normal[k] = normal_of(k);
     for (int row = 0; row < light.height; ++row) {
@@ -62,10 +65,97 @@ Result<std::string> shadow_casters(const Scene& scene, const Progress& progress)
            "pigment{rgb .5} finish{ambient 0 diffuse 1} no_image no_reflection}\n";
 }
 
-double mean_square(const std::array<Vec3d, normals>& values) {
+double mean_square(const Irradiances& values) {
     double sum = 0;
     for (const Vec3d& value : values) sum += value.length2();
     return sum / normals;
+}
+
+constexpr std::size_t centre_place = 8;  // After the corners.
+using Places = std::array<Vec3d, centre_place + 1>;
+
+/// Returns points near the corners of a box, and its centre.
+Places probed_places(const Vec3d& centre, const Vec3d& half) {
+    Places places;
+    for (std::size_t k = 0; k < centre_place; ++k)
+        places[k] =
+            centre + Vec3d(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z) *
+                         towards_corner;
+    places[centre_place] = centre;
+    return places;
+}
+
+/// The fractions of the file's lights that reach places.
+struct ReachedLight {
+    std::vector<LitPlace> samples;
+    std::vector<Rgb> fractions;  ///< By sample.
+    std::vector<Vec3d> means;    ///< By light, over the places to which it points.
+};
+
+Result<ReachedLight> reached_light(const SceneQueries& queries, const SceneSurvey& survey,
+                                   std::span<const Lamp> lamps, const Places& places, double size,
+                                   bool without_gamma, const Progress& progress) {
+    ReachedLight reached;
+    for (const Vec3d& at : places)
+        for (std::size_t light = 0; light < lamps.size(); ++light)
+            if (lamp_light(lamps[light], at).share > 0) reached.samples.push_back({at, light});
+    HF_TRY(reached.fractions,
+           light_transmittances(queries, survey, reached.samples, size, without_gamma, progress));
+    reached.means.assign(lamps.size(), Vec3d(0, 0, 0));
+    std::vector<double> count(lamps.size(), 0);
+    for (std::size_t s = 0; s < reached.samples.size(); ++s) {
+        reached.means[reached.samples[s].light] += Vec3d(reached.fractions[s]);
+        count[reached.samples[s].light] += 1;
+    }
+    for (std::size_t light = 0; light < lamps.size(); ++light)
+        if (count[light] > 0) reached.means[light] /= count[light];
+    return reached;
+}
+
+/// Sets how much the irradiance at the corners differs from that at the centre.
+///
+/// lamps       the file's lights, in its coordinates.
+/// irradiance  by place: that of the surroundings.
+void set_corner_difference(std::span<const Lamp> lamps, const ReachedLight& reached, const AffineMap& world,
+                           const Places& places, std::span<Irradiances> irradiance, ModelsInScene& result) {
+    Irradiances whole = irradiance[centre_place];  // With direct light.
+    for (std::size_t s = 0; s < reached.samples.size(); ++s) {
+        const LitPlace& sample = reached.samples[s];
+        const std::size_t k = std::size_t(std::ranges::find(places, sample.place) - places.begin());
+        const Lamp& lamp = lamps[sample.light];
+        const LampLight at = lamp_light(lamp, sample.place);
+        const Vec3d direction = world.direction(at.direction), facing = Vec3d(lamp.colour) * (pi * at.share),
+                    average = reached.means[sample.light];
+        for (std::size_t n = 0; n < normals; ++n) {
+            const double cosine = std::max(0.0, direction.dot(normal_of(n)));
+            irradiance[k][n] += facing * (Vec3d(reached.fractions[s]) - average) * cosine;
+            if (k == centre_place) whole[n] += facing * average * cosine;
+        }
+    }
+    const double at_centre = std::max(mean_square(whole), 1e-30);
+    double sum = 0;
+    for (std::size_t k = 0; k < centre_place; ++k) {
+        for (std::size_t n = 0; n < normals; ++n) irradiance[k][n] -= irradiance[centre_place][n];
+        const double square = mean_square(irradiance[k]) / at_centre;
+        result.largest_corner_difference = std::max(result.largest_corner_difference, std::sqrt(square));
+        sum += square / double(centre_place);
+    }
+    result.corner_difference = std::sqrt(sum);
+}
+
+/// Adds the file's lights, each with the mean of the fractions that reach the models.
+void add_lamps(const SceneSurvey& survey, std::span<const Vec3d> means, const AffineMap& world,
+               const std::string& stem, ModelsInScene& result) {
+    constexpr double dimmest = 0.002;
+    std::set<std::string> names;
+    for (std::size_t k = 0; k < means.size(); ++k) {
+        if (std::max({means[k].x, means[k].y, means[k].z}) < dimmest) continue;
+        SceneLamp lamp = scene_lamp(survey.lights[k], world, 1);
+        lamp.colour *= Rgb(means[k]);
+        lamp.name = unique_name(stem + "_light", names);
+        result.scene.lamps.push_back(std::move(lamp));
+        ++result.lights;
+    }
 }
 
 }  // namespace
@@ -97,7 +187,7 @@ Result<ModelsInScene> models_in_scene(std::span<const std::filesystem::path> fil
     probe.place = result.probe;
     probe.width = place.width;
     HF_TRY(const double gamma, gamma_of_scene(queries, progress));
-    probe.without_gamma = std::abs(gamma - 1) > 0.01;
+    probe.without_gamma = gamma != 1;
     if (probe.without_gamma)
         result.warnings.push_back(
             fmt::format("{}: has assumed_gamma {:.3g}; light is baked in its numbers, as POV-Ray computes it",
@@ -107,70 +197,22 @@ Result<ModelsInScene> models_in_scene(std::span<const std::filesystem::path> fil
     probe.keeps_version = true;
     HF_TRY(probe.objects, shadow_casters(scene, progress));
     HF_TRY(const ProbedLight probed, probed_light(queries, survey, probe, progress));
-    // Light at the corners: of the surroundings, and directly of lights.
-    std::array<Vec3d, 9> places;
-    for (std::size_t k = 0; k < 9; ++k) {
-        const Vec3d corner(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z);
-        places[k] = in_file(k < 8 ? centre + corner * towards_corner : centre);
-    }
-    std::vector<SceneLamp> lamps;
+    Places places = probed_places(centre, half);
+    std::ranges::transform(places, places.begin(), in_file);
+    std::vector<Lamp> lamps;
     for (const ModelLight& light : survey.lights) lamps.push_back(scene_lamp(light, AffineMap(), 1));
-    std::vector<LitPlace> samples;
-    for (const Vec3d& at : places)
-        for (std::size_t light = 0; light < lamps.size(); ++light)
-            if (lamp_light(lamps[light], at).share > 0) samples.push_back({at, light});
-    HF_TRY(
-        const std::vector<Rgb> reached,
-        light_transmittances(queries, survey, samples, 0.01 * half.length(), probe.without_gamma, progress));
-    std::vector<Vec3d> mean(lamps.size(), Vec3d(0, 0, 0));
-    std::vector<double> count(lamps.size(), 0);
-    for (std::size_t s = 0; s < samples.size(); ++s) {
-        mean[samples[s].light] += Vec3d(reached[s]);
-        count[samples[s].light] += 1;
-    }
-    for (std::size_t light = 0; light < lamps.size(); ++light)
-        if (count[light] > 0) mean[light] /= count[light];
-
+    HF_TRY(const ReachedLight reached, reached_light(queries, survey, lamps, places, 0.01 * half.length(),
+                                                     probe.without_gamma, progress));
     probe.width = coarse_width;
-    std::array<std::array<Vec3d, normals>, 9> irradiance;
-    for (std::size_t k = 0; k < 9; ++k) {
-        if (progress.report) progress.report("probes", k, 9);
+    std::array<Irradiances, std::tuple_size_v<Places>> irradiance;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        if (progress.report) progress.report("probes", k, places.size());
         probe.place = places[k];
         HF_TRY(const ProbedLight nearby, probed_light(queries, survey, probe, {{}, progress.stop}));
         irradiance[k] = irradiances(nearby.light);
     }
-    std::array<Vec3d, normals> whole = irradiance[8];  // At the centre, with direct light.
-    for (std::size_t s = 0; s < samples.size(); ++s) {
-        const std::size_t k = std::size_t(std::ranges::find(places, samples[s].place) - places.begin());
-        const SceneLamp& lamp = lamps[samples[s].light];
-        const LampLight at = lamp_light(lamp, samples[s].place);
-        const Vec3d direction = world.direction(at.direction), facing = Vec3d(lamp.colour) * (pi * at.share),
-                    average = mean[samples[s].light];
-        for (std::size_t n = 0; n < normals; ++n) {
-            const double cosine = std::max(0.0, direction.dot(normal_of(n)));
-            irradiance[k][n] += facing * (Vec3d(reached[s]) - average) * cosine;
-            if (k == 8) whole[n] += facing * average * cosine;
-        }
-    }
-    const double at_centre = std::max(mean_square(whole), 1e-30);
-    double sum = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-        for (std::size_t n = 0; n < normals; ++n) irradiance[k][n] -= irradiance[8][n];
-        const double square = mean_square(irradiance[k]) / at_centre;
-        result.largest_corner_difference = std::max(result.largest_corner_difference, std::sqrt(square));
-        sum += square / 8;
-    }
-    result.corner_difference = std::sqrt(sum);
-    constexpr double dimmest = 0.002;
-    std::set<std::string> names;
-    for (std::size_t k = 0; k < lamps.size(); ++k) {
-        if (std::max({mean[k].x, mean[k].y, mean[k].z}) < dimmest) continue;
-        SceneLamp lamp = scene_lamp(survey.lights[k], world, 1);
-        lamp.colour *= Rgb(mean[k]);
-        lamp.name = unique_name(std::filesystem::path(place.file).stem().string() + "_light", names);
-        scene.lamps.push_back(std::move(lamp));
-        ++result.lights;
-    }
+    set_corner_difference(lamps, reached, world, places, irradiance, result);
+    add_lamps(survey, reached.means, world, place.file.stem().string(), result);
 
     if (scene.lamps.empty() &&
         std::ranges::all_of(probed.light.pixels, [](const Rgb& pixel) { return pixel == Rgb(0.0f); }))

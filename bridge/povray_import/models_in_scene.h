@@ -20,9 +20,9 @@ struct PlaceInScene {
 struct ModelsInScene {
     Scene scene;
     std::vector<std::string> warnings;
-    Vec3d probe{0, 0,
-                0};  ///< Where the light was rendered: the centre of the models' box, in the file's frame.
-    std::size_t lights = 0;  ///< Number of the file's lights in the environment.
+    /// Where the light was rendered: the centre of the models' box, in the file's coordinates.
+    Vec3d probe{0, 0, 0};
+    std::size_t lights = 0;  ///< Number of the file's lights that are lights of the scene.
     /// The error of treating the light as distant: RMS difference between the irradiance at points near the
     /// corners of the models' box and at its centre, over all normals, relative to the RMS at the centre.
     double corner_difference = 0;

@@ -26,6 +26,23 @@ inline RTCIntersectContext embree_context(Coherence coherence) {
 }
 #endif
 
+inline constexpr std::size_t packet_rays = 16;  ///< Rays of a packet.
+
+/// Sets a ray of a packet, from `from` to `from + range * direction`. [m]
+inline void set_ray(RTCRay16& rays, std::size_t i, const Vec3f& from, const Vec3f& direction, float range,
+                    unsigned mask = ~0u) {
+    rays.org_x[i] = from.x;
+    rays.org_y[i] = from.y;
+    rays.org_z[i] = from.z;
+    rays.dir_x[i] = direction.x;
+    rays.dir_y[i] = direction.y;
+    rays.dir_z[i] = direction.z;
+    rays.tnear[i] = rays.time[i] = 0;
+    rays.tfar[i] = range;
+    rays.mask[i] = mask;
+    rays.id[i] = rays.flags[i] = 0;
+}
+
 /// Sets `tfar` of each ray with a nonzero `valid` that hits something to a negative number.
 inline void test_occlusion(RTCScene scene, const int* valid, RTCRay16& rays, Coherence coherence) {
 #if RTC_VERSION_MAJOR < 4
@@ -39,8 +56,11 @@ inline void test_occlusion(RTCScene scene, const int* valid, RTCRay16& rays, Coh
 #endif
 }
 
-/// Sets the nearest hit of each ray with a nonzero `valid`.
+/// Sets the nearest hit of each ray with a nonzero `valid`. Its geomID is RTC_INVALID_GEOMETRY_ID if there is
+/// none.
 inline void find_hits(RTCScene scene, const int* valid, RTCRayHit16& rays, Coherence coherence) {
+    for (std::size_t i = 0; i < packet_rays; ++i)
+        rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR < 4
     RTCIntersectContext context = embree_context(coherence);
     rtcIntersect16(valid, scene, &context, &rays);

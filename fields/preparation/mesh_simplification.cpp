@@ -351,7 +351,6 @@ std::vector<CoarserMesh> coarser_meshes(const Mesh& mesh, const Progress& progre
         coarser.mesh = mesh_from(surface);
         remove_empty_triangles(coarser.mesh);
         remove_unused_vertices(coarser.mesh);
-        set_smooth_normals(coarser.mesh);
     }
     return result;
 }

@@ -16,7 +16,7 @@ struct ContourScratch {
     std::array<AlignedBuffer<std::uint32_t>, 2> crossings;  ///< Indices of the counters to change.
     AlignedBuffer<std::uint8_t> counters;  ///< Changes of the number of layers, by texel row and sub-column.
     AlignedBuffer<std::uint8_t> starts;    ///< Changes above the first row, by sub-column.
-    TurnedPoles turned_poles;
+    TurnedPoles turned_poles;              ///< Of the current view, if it is turned.
 };
 
 /// Blocks the samples inside a contour. The masks must be clear.

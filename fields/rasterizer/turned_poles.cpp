@@ -47,7 +47,7 @@ std::size_t list_clusters_near_axes(const OccluderEdges& edges, const ViewedOccl
                                   Vec3f(std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)));
             misses[k] = hn::Gt(hn::Abs(distance), hn::Add(extent, hn::Set(d, slack)));
         }
-        // An axis misses a box if the box lies beside it along either of the other two.
+        // The box is on one side of an axis if it is on one side along either of the other two.
         const auto all_miss = hn::Or(hn::Or(hn::And(misses[0], misses[1]), hn::And(misses[1], misses[2])),
                                      hn::And(misses[2], misses[0]));
         const auto chosen = hn::AndNot(all_miss, hn::FirstN(d, count - first));

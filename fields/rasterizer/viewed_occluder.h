@@ -21,8 +21,8 @@ struct ViewedOccluder {
     bool is_turned = false;  ///< True if the frames differ by a rotation.
     std::array<Vec3f, 3> axes{};  ///< The cubemap's axes in the occluder's frame, if turned.
 
-    /// Returns a vertex relative to the view point, in the cubemap's frame. No coordinate is 0. Computes the
-    /// same bits as viewed_vertices.
+    /// Returns a vertex relative to the view point, in the cubemap's frame. No coordinate is 0. The result is
+    /// bit-identical to that of viewed_vertices.
     Vec3f viewed(const Vec3f& position) const;
 };
 

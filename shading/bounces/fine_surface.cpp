@@ -5,6 +5,20 @@
 #include "fields/base/embree_rays.h"
 
 namespace haarfield {
+namespace {
+
+/// Returns a hit of a ray.
+///
+/// outwards   the normal of the triangle in its mesh's frame, of any length.
+/// direction  of the ray, in the world.
+SurfaceHit surface_hit(const ShadedScene& scene, std::uint32_t instance, std::uint32_t triangle, float u,
+                       float v, float distance, const Vec3f& outwards, const Vec3f& direction) {
+    const Placement& placement = scene.instances[instance].placement;
+    const bool is_back = outwards.dot(placement.direction_to_object(direction)) > 0;
+    return {instance, triangle, u, v, distance, is_back};
+}
+
+}  // namespace
 
 FineSurface::FineSurface(const ShadedScene& scene) {
     for (const ShadedEntity& entity : scene.entities)
@@ -17,43 +31,30 @@ std::optional<SurfaceHit> FineSurface::first_hit(const ShadedScene& scene, const
     const std::optional<RTCRayHit> ray =
         nearest_hit(triangles_.scene(), embree_ray(from, direction, far_away));
     if (!ray) return std::nullopt;
-    const std::uint32_t instance = ray->hit.instID[0];
-    const bool is_back =
-        outwards(*ray).dot(scene.instances[instance].placement.direction_to_object(direction)) > 0;
-    return SurfaceHit{instance, ray->hit.primID, ray->hit.u, ray->hit.v, ray->ray.tfar, is_back};
+    const RTCHit& hit = ray->hit;
+    return surface_hit(scene, hit.instID[0], hit.primID, hit.u, hit.v, ray->ray.tfar, outwards(*ray),
+                       direction);
 }
 
 FineSurface::Hits FineSurface::first_hits(const ShadedScene& scene, const Vec3f& from,
                                           std::span<const Vec3f> directions) const {
     assert(directions.size() <= packet);
+    static_assert(packet == packet_rays);
+    Hits hits;
+    if (directions.empty()) return hits;
     RTCRayHit16 rays;
     alignas(64) std::array<int, packet> valid;
     for (std::size_t i = 0; i < packet; ++i) {
-        const Vec3f direction = i < directions.size() ? directions[i] : Vec3f(0, 1, 0);
         valid[i] = i < directions.size() ? -1 : 0;
-        rays.ray.org_x[i] = from.x;
-        rays.ray.org_y[i] = from.y;
-        rays.ray.org_z[i] = from.z;
-        rays.ray.dir_x[i] = direction.x;
-        rays.ray.dir_y[i] = direction.y;
-        rays.ray.dir_z[i] = direction.z;
-        rays.ray.tnear[i] = rays.ray.time[i] = 0;
-        rays.ray.tfar[i] = far_away;
-        rays.ray.mask[i] = ~0u;
-        rays.ray.id[i] = rays.ray.flags[i] = 0;
-        rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        set_ray(rays.ray, i, from, i < directions.size() ? directions[i] : Vec3f(0, 1, 0), far_away);
     }
     find_hits(triangles_.scene(), valid.data(), rays, Coherence::none);
-    Hits hits;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-        if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-        const std::uint32_t instance = rays.hit.instID[0][i];
-        const Vec3f outwards(rays.hit.Ng_x[i], rays.hit.Ng_y[i], rays.hit.Ng_z[i]);
-        const bool is_back =
-            outwards.dot(scene.instances[instance].placement.direction_to_object(directions[i])) > 0;
-        hits[i] =
-            SurfaceHit{instance, rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i], rays.ray.tfar[i], is_back};
-    }
+    const RTCHit16& hit = rays.hit;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+        if (hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+            hits[i] =
+                surface_hit(scene, hit.instID[0][i], hit.primID[i], hit.u[i], hit.v[i], rays.ray.tfar[i],
+                            Vec3f(hit.Ng_x[i], hit.Ng_y[i], hit.Ng_z[i]), directions[i]);
     return hits;
 }
 

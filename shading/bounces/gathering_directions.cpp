@@ -8,14 +8,16 @@
 #include <vector>
 
 #include "fields/base/spiral.h"
+#include "shading/bounces/fine_surface.h"
 
 namespace haarfield {
 namespace {
 
-constexpr std::size_t packet = 16;
+constexpr std::size_t packet = FineSurface::packet;
+static_assert(least_gathering_rays == int(packet));
 
-/// Returns the directions of a spiral: rings of about equal width and length of their packets, each sorted by
-/// angle.
+/// Returns the directions of a spiral. They are divided into rings, each sorted by angle, so that packets are
+/// about as wide as long.
 std::vector<Vec3f> spiral(std::size_t rays) {
     const std::size_t packets = rays / packet;
     const auto rings = static_cast<std::size_t>(std::ceil(std::sqrt(double(packets) / 8)));

@@ -37,7 +37,8 @@ public:
     /// placement  of the occluder.
     /// point      the viewer, in the world. Inside the occluder's sphere nothing is occluded.
     /// open       visibility by texel of a cubemap, by face and row. [1/255]
-    /// cost       about 0.1 us, and 10 ns per texel that may be occluded.
+    /// cost       O(texels that the occluder's part of the mask may cover): 0.2 us for a chair in a grid of
+    ///            100, in the mean.
     void hide(const Placement& placement, const Vec3f& point, std::span<std::uint8_t> open) const;
 
     /// Smallest distance at which masks are used. [radii]
@@ -64,7 +65,7 @@ private:
         }
         return made;
     }();
-    /// Of the masks of one direction.
+    /// The bytes of all masks of one direction.
     static constexpr std::size_t mask_bytes = distances.size() * (levels.back().offset + 9);
 
     /// The cells of the finest masks of a direction that are not empty: [left, right) and [bottom, top).

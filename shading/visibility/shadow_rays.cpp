@@ -27,20 +27,8 @@ std::uint16_t hits(RTCScene scene, std::span<const Vec3f> points, std::uint16_t 
     alignas(64) std::array<int, ShadowRays::packet> valid;
     for (std::size_t i = 0; i < ShadowRays::packet; ++i) {
         const bool matters = i < points.size() && (wanted >> i & 1u) != 0;
-        const Vec3f from = matters ? points[i] : Vec3f(0.0f), to = matters ? way(i) : Vec3f(0, 1, 0);
         valid[i] = matters ? -1 : 0;
-        rays.org_x[i] = from.x;
-        rays.org_y[i] = from.y;
-        rays.org_z[i] = from.z;
-        rays.dir_x[i] = to.x;
-        rays.dir_y[i] = to.y;
-        rays.dir_z[i] = to.z;
-        rays.tnear[i] = 0;
-        rays.tfar[i] = range;
-        rays.time[i] = 0;
-        rays.mask[i] = mask;
-        rays.id[i] = 0;
-        rays.flags[i] = 0;
+        set_ray(rays, i, matters ? points[i] : Vec3f(0.0f), matters ? way(i) : Vec3f(0, 1, 0), range, mask);
     }
     // Coherent packets do not always return from robust scenes of instances in Embree 3.
     test_occlusion(scene, valid.data(), rays, Coherence::none);
