@@ -80,6 +80,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                      {"colours", search.fitted ? "fitted" : "sampled"},
                      {"directions", search.directions},
                      {"gathering_rays", search.gathering_rays},
+                     {"bright_points", search.is_focused ? search.gathering_rays : 0},
                      {"face_size", search.face_size},
                      {"shaded_points", search.shaded_points},
                      {"rounds", search.rounds}}}});

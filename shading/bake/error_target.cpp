@@ -298,10 +298,12 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
     std::optional<BakeErrorMeter> meter;
     BakeErrorMeter::Shading measured;
+    bool is_focused = false;
     for (double before = std::numeric_limits<double>::infinity();;) {
         if (settings.bounces.most > 0) {
             bake.indirect.reset();
-            HF_TRY(bake.indirect, scene_indirect_light(lit(), radiance, progress));
+            HF_TRY(bake.indirect, is_focused ? focused_indirect_light(lit(), radiance, progress)
+                                             : scene_indirect_light(lit(), radiance, progress));
             bake.directions = settings.bounces.directions;
             bake.gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
             bake.indirect->gathering_rays = bake.gathering_rays;
@@ -309,13 +311,17 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
         meter.emplace(lit(), population);
         HF_TRY(measured, meter->shading_error(target.error, progress));
         const double error = root(measured.indirect.square);
+        if (error <= largest_indirect_share * target.error) break;
+        if (!is_focused) {
+            is_focused = true;
+            continue;
+        }
         // More directions remove noise alone.
-        if (error <= largest_indirect_share * target.error || error > 0.8 * before ||
-            settings.bounces.directions * 4 > most_directions)
-            break;
+        if (error > 0.8 * before || settings.bounces.directions * 4 > most_directions) break;
         before = error;
         settings.bounces.directions *= 4;
     }
+    bake.is_focused = is_focused;
     const VertexMask displayed = displayed_vertices(direct.scene, population);
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();

@@ -30,11 +30,12 @@ struct TargetBake {
     std::optional<IndirectLight> indirect;  ///< Present if there are bounces.
     BakeError error;
     SearchEnd end = SearchEnd::reached;
-    bool fitted = false;     ///< True: colours are fitted; false: they are the radiance at the vertices.
-    int directions = 0;      ///< BounceSettings::directions; 0 without bounces.
-    int gathering_rays = 0;  ///< IndirectLight::gathering_rays; 0 without bounces.
-    int face_size = 0;       ///< RenderSettings::face_size.
-    int rounds = 0;          ///< Refinement::rounds.
+    bool fitted = false;      ///< True: colours are fitted; false: they are the radiance at the vertices.
+    int directions = 0;       ///< BounceSettings::directions; 0 without bounces.
+    int gathering_rays = 0;   ///< IndirectLight::gathering_rays; 0 without bounces.
+    bool is_focused = false;  ///< True: by focused_indirect_light.
+    int face_size = 0;        ///< RenderSettings::face_size.
+    int rounds = 0;           ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
 };
 
@@ -43,10 +44,11 @@ struct TargetBake {
 /// The search starts with the fine meshes of the entities. First, it measures direct light at a few points
 /// with increasing face sizes, up to that of the settings, until its error is below half of the target. It
 /// chooses the fewest gathering rays whose noise is below a quarter of the target. It then measures the
-/// shading as a whole, and repeats indirect light with four times as many directions while its error is too
-/// large. It then refines the meshes in steps. Whenever the vertices are 4 % more,
-/// it measures interpolation with sampled and with fitted colours. It stops when the upper end of the 90 %
-/// interval is below what the shading leaves of the target. Other points measure the reported error.
+/// shading as a whole. While the error of indirect light is too large, it repeats it, first with
+/// focused_indirect_light, then with four times as many directions each time. It then refines the meshes in
+/// steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours.
+/// It stops when the upper end of the 90 % interval is below what the shading leaves of the target. Other
+/// points measure the reported error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.

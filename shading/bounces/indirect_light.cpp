@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 
 #include "shading/bounces/gathering_directions.h"
 #include "shading/bounces/lobe_rays.h"
@@ -143,17 +144,64 @@ GatheredIrradiance IndirectLight::gathered_at(const ShadedScene& scene, std::siz
         std::ranges::transform(
             upright.subspan(first, directions.size()), directions.begin(),
             [&](const Vec3f& d) { return axes.across * d.x + axes.up * d.y + normal * d.z; });
-        for (const std::optional<SurfaceHit>& hit : surface->first_hits(scene, from, directions)) {
-            if (!hit) continue;
-            sum += radiance_of(scene, *hit);
-            near += 1 / double(std::max(hit->distance, 1e-12f));
+        const FineSurface::Hits hits = surface->first_hits(scene, from, directions);
+        for (std::size_t k = 0; k < hits.size(); ++k) {
+            if (!hits[k]) continue;
+            const Rgb met = radiance_of(scene, *hits[k]);
+            sum += lit ? met * share_of_direction(scene, *hits[k], directions[k], upright[first + k].z) : met;
+            near += 1 / double(std::max(hits[k]->distance, 1e-12f));
         }
     }
-    return {sum * static_cast<float>(pi / rays), static_cast<float>(near / rays)};
+    Rgb whole = sum * static_cast<float>(pi / rays);
+    if (lit) whole += irradiance_from_bright_points(from, normal, rays);
+    return {whole, static_cast<float>(near / rays)};
+}
+
+float IndirectLight::share_of_direction(const ShadedScene& scene, const SurfaceHit& hit,
+                                        const Vec3f& direction, float cosine) const {
+    const Mesh& mesh = mesh_of(scene, hit.instance);
+    const auto& [a, b, c] = mesh.triangles[hit.triangle];
+    const Vec3f across =
+        (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized();
+    const float slope = std::abs(
+        across.dot(scene.instances[hit.instance].placement.direction_to_object(direction).normalized()));
+    const float by_direction = cosine * static_cast<float>(1 / pi),
+                by_point = lit->density_at(scene, radiance, hit) * hit.distance * hit.distance /
+                           std::max(slope, 1e-6f);
+    return by_direction / (by_direction + by_point);
+}
+
+Rgb IndirectLight::irradiance_from_bright_points(const Vec3f& from, const Vec3f& normal, int rays) const {
+    const std::span<const LitSurface::BrightPoint> points = lit->points(rays);
+    Rgb sum(0.0f);
+    std::array<Vec3f, FineSurface::packet> ends;
+    std::array<Rgb, FineSurface::packet> light;
+    std::size_t count = 0;
+    const auto trace = [&] {
+        const std::uint16_t hidden = surface->hidden(from, std::span(ends).first(count));
+        for (std::size_t k = 0; k < count; ++k)
+            if ((hidden >> k & 1u) == 0) sum += light[k];
+        count = 0;
+    };
+    for (const LitSurface::BrightPoint& point : points) {
+        const Vec3f to = point.position - from;
+        const float square = to.length2(), distance = std::sqrt(square), cosine = normal.dot(to) / distance,
+                    slope = -point.normal.dot(to) / distance;
+        if (!(cosine > 0) || !(slope > 1e-6f)) continue;
+        const float by_direction = cosine * static_cast<float>(1 / pi),
+                    by_point = point.density * square / slope;
+        ends[count] = point.position;
+        light[count] = point.radiance * (cosine / (float(rays) * (by_direction + by_point)));
+        if (++count == ends.size()) trace();
+    }
+    trace();
+    return sum;
 }
 
 Rgb IndirectLight::radiance_of(const ShadedScene& scene, const SurfaceHit& hit) const {
-    return hit.is_back ? Rgb(0.0f) : between(radiance[hit.instance], mesh_of(scene, hit.instance), hit);
+    if (hit.is_back) return Rgb(0.0f);
+    return lit ? lit->radiance_at(scene, radiance, hit)
+               : between(radiance[hit.instance], mesh_of(scene, hit.instance), hit);
 }
 
 Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,

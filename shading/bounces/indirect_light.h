@@ -6,6 +6,7 @@
 
 #include "shading/bounces/fine_surface.h"
 #include "shading/bounces/light_transport.h"
+#include "shading/bounces/lit_surface.h"
 #include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
@@ -48,6 +49,9 @@ struct GatheredIrradiance {
 /// Indirect light at the vertices of a scene and at points between them.
 struct IndirectLight {
     std::shared_ptr<const FineSurface> surface;
+    /// Null: radiance is interpolated between vertices, and points gather it along directions alone.
+    /// Otherwise they also gather from bright points of the surfaces, which takes twice the time.
+    std::shared_ptr<const LitSurface> lit;
     SceneColours irradiance;  ///< Indirect irradiance by vertex, smoothed. [W/m^2]
     SceneColours radiance;    ///< Diffuse, direct and indirect, with tints, by vertex. [W/(m^2 sr)]
     /// GatheredIrradiance::nearness by instance and vertex; empty if no irradiance was gathered. [1/m]
@@ -55,14 +59,18 @@ struct IndirectLight {
     int bounces = 0;                  ///< BouncedLight::bounces.
     double left_out = 0;              ///< BouncedLight::left_out.
     std::size_t transport_bytes = 0;  ///< Memory of the transport matrix. [bytes]
-    int gathering_rays = 256;         ///< Of gathered_at; see gathering_directions.
+    /// Of gathered_at; see gathering_directions. With `lit`, the number of bright points is the same.
+    int gathering_rays = 256;
 
     /// Gathers the irradiance of a point from the diffuse radiance of the surfaces around it. Next to other
     /// surfaces it is more accurate than interpolation between vertices, which are too far apart there.
     ///
     /// point     in the frame of the entity.
+    /// With `lit`, the balance heuristic weights directions and bright points (Veach and Guibas, Optimally
+    /// combining sampling techniques for Monte Carlo rendering, 1995).
+    ///
     /// accuracy  the rays have the same directions at all points of a plane, so that errors vary slowly: 2 %
-    ///           with 256 rays.
+    ///           with 256 rays. A small bright patch, such as a sunlit part of a floor, needs `lit`.
     /// cost      about 0.1 us per ray.
     GatheredIrradiance gathered_at(const ShadedScene& scene, std::size_t instance,
                                    const SurfacePoint& point) const {
@@ -88,6 +96,15 @@ struct IndirectLight {
 private:
     /// Returns the diffuse radiance of a hit surface; black if its back was hit.
     Rgb radiance_of(const ShadedScene& scene, const SurfaceHit& hit) const;
+    /// Returns the irradiance from bright points.
+    ///
+    /// rays  the number of directions that are gathered as well.
+    Rgb irradiance_from_bright_points(const Vec3f& from, const Vec3f& normal, int rays) const;
+    /// Returns the share of a hit that the balance heuristic leaves to directions.
+    ///
+    /// cosine  between the normal of the point and the direction.
+    float share_of_direction(const ShadedScene& scene, const SurfaceHit& hit, const Vec3f& direction,
+                             float cosine) const;
 };
 
 /// Smooths the irradiance of bounced light and assigns it to the vertices of the scene. Hidden vertices
