@@ -64,7 +64,7 @@ struct SearchOutcome {
     bool fitted = false;
     int directions = 0;
     int gathering_rays = 0;
-    bool is_focused = false;
+    bool is_focused = false;  ///< IndirectLight::lit was used.
     int face_size = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;

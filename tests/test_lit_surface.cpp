@@ -184,7 +184,9 @@ TEST(LitSurface, FocusedLightHasShadowEdgesInsideTriangles) {
         const PointShading direct{example.scene, geometry, light, settings};
         const SceneRadiance radiance = *scene_radiance(direct);
         const IndirectLight indirect =
-            focused ? *focused_indirect_light(direct, radiance) : *scene_indirect_light(direct, radiance);
+            focused
+                ? *focused_indirect_light(direct, radiance, *bounce_rays(example.scene, geometry, settings))
+                : *scene_indirect_light(direct, radiance);
         const Mesh& mesh = *example.scene.entities[0].mesh;
         double sum = 0;
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)

@@ -7,6 +7,8 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <array>
+#include <cstdint>
 #include <optional>
 
 #include "fields/base/vector.h"
@@ -54,6 +56,30 @@ inline void test_occlusion(RTCScene scene, const int* valid, RTCRay16& rays, Coh
     if (coherence == Coherence::high) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
     rtcOccluded16(valid, scene, &rays, &arguments);
 #endif
+}
+
+/// Tests which rays of a packet hit something: bit i of the result for ray i.
+///
+/// wanted  bit i: test ray i; other bits of the result are 0.
+/// from    (std::size_t i) -> Vec3f: the origin of a wanted ray.
+/// way     (std::size_t i) -> Vec3f: its direction, scaled so that the ray ends at `range`.
+template <class From, class Way>
+std::uint16_t blocked_rays(RTCScene scene, std::uint16_t wanted, const From& from, const Way& way,
+                           float range, unsigned mask = ~0u) {
+    if (wanted == 0) return 0;
+    RTCRay16 rays;
+    alignas(64) std::array<int, packet_rays> valid;
+    for (std::size_t i = 0; i < packet_rays; ++i) {
+        const bool matters = (wanted >> i & 1u) != 0;
+        valid[i] = matters ? -1 : 0;
+        set_ray(rays, i, matters ? from(i) : Vec3f(0.0f), matters ? way(i) : Vec3f(0, 1, 0), range, mask);
+    }
+    // Coherent packets do not always return from robust scenes of instances in Embree 3.
+    test_occlusion(scene, valid.data(), rays, Coherence::none);
+    std::uint16_t result = 0;
+    for (std::size_t i = 0; i < packet_rays; ++i)
+        if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
+    return result;
 }
 
 /// Sets the nearest hit of each ray with a nonzero `valid`. Its geomID is RTC_INVALID_GEOMETRY_ID if there is

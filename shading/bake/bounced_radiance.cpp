@@ -119,9 +119,9 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
 }
 
 Result<IndirectLight> focused_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
-                                             const Progress& progress) {
+                                             const BounceRays& rays, const Progress& progress) {
     assert(!direct.indirect);
-    HF_TRY(BounceRays rays, bounce_rays(direct.scene, direct.geometry, direct.settings, progress));
+    LightTransport transport = rays.transport;
     const VertexRows rows(direct.scene, direct.geometry);
     const std::vector<Rgb> by_row = direct_rows(direct, rows, radiance);
     SceneColours by_vertex;
@@ -129,11 +129,11 @@ Result<IndirectLight> focused_indirect_light(const PointShading& direct, const S
     HF_TRY(DirectDetail detail, direct_detail(direct, by_vertex, progress));
     average_detail(direct.scene, detail, by_vertex);
     const std::vector<Rgb> averaged = row_values(rows, by_vertex);
-    HF_TRY(BouncedLight bounced, refined_bounces(direct, averaged, *rays.surface, rays.transport, progress));
+    HF_TRY(BouncedLight bounced, refined_bounces(direct, averaged, *rays.surface, transport, progress));
     for (std::size_t row = 0; row < by_row.size(); ++row)
         bounced.radiance[row] += by_row[row] - averaged[row];
     IndirectLight result =
-        indirect_light(direct.scene, direct.geometry, rays.surface, rays.transport, std::move(bounced));
+        indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(bounced));
     result.lit = std::make_shared<const LitSurface>(direct.scene, result.radiance, std::move(detail));
     return result;
 }

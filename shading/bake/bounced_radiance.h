@@ -41,10 +41,11 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
 /// Computes the indirect light for gathering in scenes with bright patches (IndirectLight::lit). Evaluates
 /// direct light inside the triangles that shadow edges cross, and chooses bright points.
 ///
-/// cost    that of scene_indirect_light, and up to 45,000 points of 20 to 50 us.
-/// errors  interrupted.
+/// direct, radiance, rays  as for scene_indirect_light.
+/// cost                    that of scene_indirect_light, and up to 45,000 points of 20 to 50 us.
+/// errors                  interrupted.
 Result<IndirectLight> focused_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
-                                             const Progress& progress = {});
+                                             const BounceRays& rays, const Progress& progress = {});
 
 /// Computes the direct radiance first, then the indirect light.
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress = {});

@@ -298,12 +298,16 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
     std::optional<BakeErrorMeter> meter;
     BakeErrorMeter::Shading measured;
+    std::optional<BounceRays> rays;  // With the current number of directions.
     bool is_focused = false;
     for (double before = std::numeric_limits<double>::infinity();;) {
         if (settings.bounces.most > 0) {
             bake.indirect.reset();
-            HF_TRY(bake.indirect, is_focused ? focused_indirect_light(lit(), radiance, progress)
-                                             : scene_indirect_light(lit(), radiance, progress));
+            if (!rays) {
+                HF_TRY(rays, bounce_rays(direct.scene, lit().geometry, settings, progress));
+            }
+            HF_TRY(bake.indirect, is_focused ? focused_indirect_light(lit(), radiance, *rays, progress)
+                                             : scene_indirect_light(lit(), radiance, *rays, progress));
             bake.directions = settings.bounces.directions;
             bake.gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
             bake.indirect->gathering_rays = bake.gathering_rays;
@@ -320,8 +324,8 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
         if (error > 0.8 * before || settings.bounces.directions * 4 > most_directions) break;
         before = error;
         settings.bounces.directions *= 4;
+        rays.reset();
     }
-    bake.is_focused = is_focused;
     const VertexMask displayed = displayed_vertices(direct.scene, population);
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();

@@ -30,12 +30,11 @@ struct TargetBake {
     std::optional<IndirectLight> indirect;  ///< Present if there are bounces.
     BakeError error;
     SearchEnd end = SearchEnd::reached;
-    bool fitted = false;      ///< True: colours are fitted; false: they are the radiance at the vertices.
-    int directions = 0;       ///< BounceSettings::directions; 0 without bounces.
-    int gathering_rays = 0;   ///< IndirectLight::gathering_rays; 0 without bounces.
-    bool is_focused = false;  ///< True: by focused_indirect_light.
-    int face_size = 0;        ///< RenderSettings::face_size.
-    int rounds = 0;           ///< Refinement::rounds.
+    bool fitted = false;     ///< True: colours are fitted; false: they are the radiance at the vertices.
+    int directions = 0;      ///< BounceSettings::directions; 0 without bounces.
+    int gathering_rays = 0;  ///< IndirectLight::gathering_rays; 0 without bounces.
+    int face_size = 0;       ///< RenderSettings::face_size.
+    int rounds = 0;          ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
 };
 

@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "fields/base/embree_rays.h"
+#include "shading/visibility/shadow_rays.h"
 
 namespace haarfield {
 namespace {
@@ -60,18 +61,10 @@ FineSurface::Hits FineSurface::first_hits(const ShadedScene& scene, const Vec3f&
 
 std::uint16_t FineSurface::hidden(const Vec3f& from, std::span<const Vec3f> ends) const {
     assert(ends.size() <= packet);
-    if (ends.empty()) return 0;
-    RTCRay16 rays;
-    alignas(64) std::array<int, packet> valid;
-    for (std::size_t i = 0; i < packet; ++i) {
-        valid[i] = i < ends.size() ? -1 : 0;
-        set_ray(rays, i, from, i < ends.size() ? ends[i] - from : Vec3f(0, 1, 0), 1 - 1e-4f);
-    }
-    test_occlusion(triangles_.scene(), valid.data(), rays, Coherence::none);
-    std::uint16_t result = 0;
-    for (std::size_t i = 0; i < ends.size(); ++i)
-        if (rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
-    return result;
+    return blocked_rays(
+        triangles_.scene(), static_cast<std::uint16_t>((1u << ends.size()) - 1),
+        [&](std::size_t) { return from; }, [&](std::size_t i) { return ends[i] - from; },
+        1 - ShadowRays::last_part);
 }
 
 }  // namespace haarfield

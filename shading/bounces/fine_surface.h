@@ -47,7 +47,7 @@ public:
     Hits first_hits(const ShadedScene& scene, const Vec3f& from, std::span<const Vec3f> directions) const;
 
     /// Tests which points of surfaces are hidden from a point: bit i of the result for end i. Surfaces in the
-    /// last 1e-4 of each ray are ignored.
+    /// ShadowRays::last_part of each ray are ignored.
     ///
     /// ends  at most `packet`, in the world.
     /// cost  about 0.7 us.

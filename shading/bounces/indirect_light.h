@@ -59,7 +59,7 @@ struct IndirectLight {
     int bounces = 0;                  ///< BouncedLight::bounces.
     double left_out = 0;              ///< BouncedLight::left_out.
     std::size_t transport_bytes = 0;  ///< Memory of the transport matrix. [bytes]
-    /// Of gathered_at; see gathering_directions. With `lit`, the number of bright points is the same.
+    /// Number of directions of gathered_at (gathering_directions) and, with `lit`, of bright points.
     int gathering_rays = 256;
 
     /// Gathers the irradiance of a point from the diffuse radiance of the surfaces around it. Next to other

@@ -40,10 +40,9 @@ Rgb mean(const std::array<Rgb, 3>& values) {
     return (values[0] + values[1] + values[2]) * (1 / 3.0f);
 }
 
-/// Returns the difference of direct light in a cell, and 0 in triangles without cells.
+/// Returns the difference of direct light in a cell of a divided triangle.
 Rgb difference_at(const DirectDetail& detail, std::size_t instance, std::size_t triangle, std::size_t cell) {
-    const std::int32_t place = detail.places[instance][triangle];
-    return place < 0 ? Rgb(0.0f) : detail.differences[std::size_t(place) * DirectDetail::cells + cell];
+    return detail.differences[std::size_t(detail.places[instance][triangle]) * DirectDetail::cells + cell];
 }
 
 /// Returns the radiance in the centre of a cell.
@@ -66,7 +65,7 @@ struct Element {
     double light = 0;              ///< Luminance times area. [W/sr]
 };
 
-/// Returns the triangles, or the cells of their grids, along a curve through the scene.
+/// Returns the triangles, or their cells, along a curve through the scene.
 std::vector<Element> elements(const ShadedScene& scene, const SceneColours& radiance,
                               const DirectDetail& detail) {
     std::vector<InstanceTriangle> triangles;

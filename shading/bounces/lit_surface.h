@@ -13,11 +13,10 @@ struct DirectDetail {
     static constexpr std::size_t steps = 8;              ///< Cells along each edge of a triangle.
     static constexpr std::size_t cells = steps * steps;  ///< Cells of a triangle.
 
-    /// The index of each triangle's first difference, divided by `cells`, by instance and triangle of the
-    /// fine mesh; -1: none.
+    /// The numbers of divided triangles, by instance and triangle of the fine mesh; -1: not divided.
     std::vector<std::vector<std::int32_t>> places;
-    /// By divided triangle and cell: the diffuse radiance by direct light in the centre of the cell, less
-    /// that interpolated between the corners of the triangle. [W/(m^2 sr)]
+    /// By number of the triangle and cell: the diffuse radiance by direct light in the centre of the cell,
+    /// less that interpolated between the corners of the triangle. [W/(m^2 sr)]
     std::vector<Rgb> differences;
 
     /// Returns the cell at a point of the triangle.
@@ -58,7 +57,7 @@ public:
         Vec3f position;  ///< [m]
         Vec3f normal;    ///< Of the triangle; unit length.
         Rgb radiance;    ///< [W/(m^2 sr)]
-        float density;   ///< Probability density of such points, as for LitSurface::density. [1/m^2]
+        float density;   ///< Probability density of such points, as for density_at. [1/m^2]
     };
 
     /// radiance  direct and indirect, with tints, by instance and vertex. [W/(m^2 sr)]
