@@ -65,6 +65,21 @@ TEST(PolygonFile, PlyIsReadAsTextAndInBothByteOrders) {
     }
 }
 
+TEST(PolygonFile, PlyHasImageCoordinates) {
+    using Names = std::pair<std::string, std::string>;
+    for (const auto& [s, t] : {Names("s", "t"), Names("u", "v"), Names("texture_u", "texture_v")}) {
+        const Result<PolygonFile> file = read_ply(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+            "property float z\nproperty float " +
+            t + "\nproperty float " + s +
+            "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0 .5 .25\n1 0 0 .5 .75\n0 1 0 1 .25\n3 0 1 2\n");
+        ASSERT_TRUE(file) << file.error().what;
+        EXPECT_EQ(file->uvs, (std::vector<Vec2f>{{0.25f, 0.5f}, {0.75f, 0.5f}, {0.25f, 1.0f}})) << s;
+        EXPECT_TRUE(file->colours.empty());
+    }
+}
+
 TEST(PolygonFile, PlyCutShortIsAnError) {
     for (const std::string form : {"ascii", "binary_little_endian", "binary_big_endian"}) {
         const std::string whole = example_ply(form);

@@ -9,6 +9,7 @@
 #include "scenes/image.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"
+#include "scenes/texture.h"
 #include "shading/scene/environment.h"
 
 #include <gtest/gtest.h>
@@ -176,7 +177,7 @@ protected:
 
 TEST_F(PovrayImportTest, ObjectsBecomeMeshesWithColoursAndFinishes) {
     const Scene& scene = imported().scene;
-    ASSERT_EQ(scene.entities.size(), 4u);  // A sphere, two boxes, and the plane.
+    ASSERT_EQ(scene.entities.size(), 6u);  // A sphere, two boxes, and the zones of the plane.
     EXPECT_EQ(imported().transparent, 1u);
     const SceneMaterial& sphere = scene.materials.at("sphere");
     EXPECT_NEAR(sphere.diffuse.x, 0.6, 0.006);
@@ -197,13 +198,53 @@ TEST_F(PovrayImportTest, ObjectsBecomeMeshesWithColoursAndFinishes) {
                                      [](std::uint8_t open) { return open != 0; }));
 }
 
-TEST_F(PovrayImportTest, MeshesWithDividedTrianglesAreClosed) {
+TEST_F(PovrayImportTest, PigmentsThatVaryBecomeAnImage) {
+    const SceneMaterial& material = imported().scene.materials.at("box");
+    EXPECT_FALSE(material.vertex_colours);
+    TextureSource source;
+    source.image.file = material.image;
+    const Result<Texture> pigments = read_texture(source);
+    ASSERT_TRUE(pigments) << pigments.error().message();
+    const Mesh box = mesh_of("box").mesh;
+    ASSERT_EQ(box.uvs.size(), box.positions.size());
+    std::size_t red = 0, blue = 0;
+    for (const auto& [a, b, c] : box.triangles) {
+        const Vec3f p = (box.positions[a] + box.positions[b] + box.positions[c]) / 3;
+        const float pattern = p.y - std::floor(p.y);
+        if (std::abs(pattern - 0.5f) > 0.45f || std::abs(pattern - 0.5f) < 0.05f) continue;
+        const Rgb colour = pigments->colour_at((box.uvs[a] + box.uvs[b] + box.uvs[c]) / 3.0f),
+                  expected = pattern < 0.5f ? Rgb(1, 0, 0) : Rgb(0, 0, 1);
+        ++(pattern < 0.5f ? red : blue);
+        for (int channel = 0; channel < 3; ++channel)
+            EXPECT_NEAR(colour[channel], expected[channel], 0.01f) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+    EXPECT_GT(red, 20u);
+    EXPECT_GT(blue, 20u);
+}
+
+TEST_F(PovrayImportTest, InfiniteObjectsAreDividedByDistance) {
+    const auto reach = [](const ImportedMesh& mesh) {
+        float farthest = 0;
+        for (const Vec3f& p : mesh.mesh.positions)
+            farthest = std::max({farthest, std::abs(p.x), std::abs(p.z)});
+        return farthest;
+    };
+    const float near = reach(mesh_of("plane")), around = reach(mesh_of("plane_around")),
+                far = reach(mesh_of("plane_far"));
+    EXPECT_LT(near, 10);  // The finite objects have a radius of three.
+    EXPECT_GT(near, 3);
+    EXPECT_LT(around, 45);
+    EXPECT_GT(around, near);
+    EXPECT_GT(far, 200);
+}
+
+TEST_F(PovrayImportTest, MeshesWithImageCoordinatesAreClosed) {
     const ImportedMesh box = mesh_of("box");
     EXPECT_TRUE(std::ranges::none_of(triangles_of_open_pieces(box.mesh),
                                      [](std::uint8_t open) { return open != 0; }));
 }
 
-TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndVertexColours) {
+TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndColours) {
     const Scene& scene = imported().scene;
     const std::filesystem::path folder = scene.entities.front().mesh.parent_path(),
                                 file = folder / "kept.toml";
@@ -212,7 +253,8 @@ TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndVertexColours) {
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_LT((read->camera.position - scene.camera.position).length(), 1e-4f);
     for (const auto& [name, material] : scene.materials) {
-        EXPECT_TRUE(read->materials.at(name).vertex_colours) << name;
+        EXPECT_EQ(read->materials.at(name).vertex_colours, material.vertex_colours) << name;
+        EXPECT_EQ(read->materials.at(name).image.filename(), material.image.filename()) << name;
         EXPECT_NEAR(read->materials.at(name).diffuse.x, material.diffuse.x, 1e-6) << name;
     }
 }

@@ -14,6 +14,7 @@
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
 #include "scenes/scene_import.h"
+#include "shading/scene/shaded_scene.h"
 
 namespace haarfield {
 namespace {
@@ -24,7 +25,6 @@ constexpr std::size_t most_objects = 3000;
 constexpr std::size_t many = 8;  // Objects of one statement that become one entity.
 constexpr float mostly_transparent = 0.4f, slightly_transparent = 0.05f;
 constexpr int environment_width = 1024;
-constexpr double smallest_edge = 400;  // Per width of the picture, where pigments vary.
 
 /// The relation between the numbers of a scene and linear light.
 struct SceneGamma {
@@ -50,22 +50,30 @@ SceneGamma scene_gamma(const WrappedScene& scene) {
     return {};
 }
 
-/// Writes a binary PLY with normals and linear colours.
-Result<Done> write_coloured_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
+/// Writes a binary PLY with normals, and linear colours or image coordinates.
+Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
+    const bool has_image = !surface.uvs.empty();
     std::string bytes = fmt::format(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
-        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float red\n"
-        "property float green\nproperty float blue\nelement face {}\nproperty list uchar int vertex_indices\n"
-        "end_header\n",
-        surface.positions.size(), surface.triangles.size());
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n{}element face {}\n"
+        "property list uchar int vertex_indices\nend_header\n",
+        surface.positions.size(),
+        has_image ? "property float s\nproperty float t\n"
+                  : "property float red\nproperty float green\nproperty float blue\n",
+        surface.triangles.size());
     const auto add = [&](const auto& value) {
         char raw[sizeof value];
         std::memcpy(raw, &value, sizeof value);
         bytes.append(raw, sizeof value);
     };
-    for (std::size_t v = 0; v < surface.positions.size(); ++v)
-        for (const Vec3f& vector : {surface.positions[v], surface.normals[v], Vec3f(surface.colours[v])})
+    for (std::size_t v = 0; v < surface.positions.size(); ++v) {
+        for (const Vec3f& vector : {surface.positions[v], surface.normals[v]})
             for (int c = 0; c < 3; ++c) add(vector[c]);
+        if (has_image)
+            for (int c = 0; c < 2; ++c) add(surface.uvs[v][c]);
+        else
+            for (int c = 0; c < 3; ++c) add(surface.colours[v][c]);
+    }
     for (const auto& triangle : surface.triangles) {
         bytes += '\x03';
         for (const std::uint32_t corner : triangle) add(static_cast<std::int32_t>(corner));
@@ -125,16 +133,9 @@ public:
                 ++result_.distant;
             }
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
-        if (options_.colour_levels > 0) {
-            std::optional<SurveyedCamera> camera = survey_.camera;
-            if (camera && !camera->is_perspective) camera.reset();
-            const double angle =
-                camera ? camera->right.length() / camera->direction.length() / smallest_edge : 0.001;
-            const int levels = camera ? options_.colour_levels : std::min(1, options_.colour_levels);
-            HF_TRY_DONE(refine_pigments(queries_, requests_, surfaces, camera, angle, levels, progress_));
-        }
         HF_TRY(std::vector<MeasuredFinish> finishes,
                measured_finishes(queries_, requests_, surfaces, progress_));
+        HF_TRY_DONE(add_pigment_image(surfaces));
         set_frame(surfaces);
         HF_TRY_DONE(add_entities(surfaces, finishes));
         if (result_.scene.entities.empty())
@@ -259,6 +260,31 @@ private:
         return std::ranges::lower_bound(requests_, object, {}, &GridRequest::object)->is_cut;
     }
 
+    /// Measures the pigments of patterned surfaces in an image. The surfaces of one statement become one
+    /// entity, so that either all or none use the image.
+    Result<Done> add_pigment_image(std::vector<ObjectSurface>& surfaces) {
+        std::set<std::size_t> patterned, translucent;
+        const auto statement_of = [&](const ObjectSurface& surface) {
+            return survey_.objects[surface.object].statement;
+        };
+        for (const ObjectSurface& surface : surfaces) {
+            if (has_pattern(surface)) patterned.insert(statement_of(surface));
+            // Images would contain what is visible behind the surface.
+            if (surface.transmittance > slightly_transparent) translucent.insert(statement_of(surface));
+        }
+        std::vector<std::size_t> chosen;
+        for (std::size_t s = 0; s < surfaces.size(); ++s)
+            if (patterned.contains(statement_of(surfaces[s])) &&
+                !translucent.contains(statement_of(surfaces[s])))
+                chosen.push_back(s);
+        if (chosen.empty()) return Done{};
+        std::optional<SurveyedCamera> camera = survey_.camera;
+        if (camera && !camera->is_perspective) camera.reset();
+        HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, chosen, camera, progress_));
+        pigment_image_ = folder_ / (name_ + "_pigments.png");
+        return write_image(image, pigment_image_);
+    }
+
     /// Returns the name of the entity of a statement.
     std::string entity_name(std::size_t index) {
         const SceneStatement& at = statement(index);
@@ -273,6 +299,7 @@ private:
         whole.positions.insert(whole.positions.end(), part.positions.begin(), part.positions.end());
         whole.normals.insert(whole.normals.end(), part.normals.begin(), part.normals.end());
         whole.colours.insert(whole.colours.end(), part.colours.begin(), part.colours.end());
+        whole.uvs.insert(whole.uvs.end(), part.uvs.begin(), part.uvs.end());
         for (const auto& [a, b, c] : part.triangles)
             whole.triangles.push_back({a + first, b + first, c + first});
     }
@@ -280,6 +307,9 @@ private:
     Result<Done> add_entities(const std::vector<ObjectSurface>& surfaces,
                               const std::vector<MeasuredFinish>& finishes) {
         std::map<std::size_t, std::vector<std::size_t>> by_statement;
+        for (const ObjectSurface& surface : surfaces)
+            for (const Vec3f& position : surface.positions)
+                (is_cut(surface.object) ? cut_bounds_ : bounds_).add(Vec3f(world_.point(Vec3d(position))));
         for (std::size_t s = 0; s < surfaces.size(); ++s) {
             const std::size_t at = survey_.objects[surfaces[s].object].statement;
             if (surfaces[s].transmittance > mostly_transparent) {
@@ -317,14 +347,10 @@ private:
         }
         if (world_.is_mirrored())
             for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
-        Entity entity;
-        entity.name = name;
-        entity.mesh = folder_ / fmt::format("{}_{}.ply", name_, name);
-        entity.material = name;
-        HF_TRY_DONE(write_coloured_ply(entity.mesh, surface));
         SceneMaterial material;
         material.convention = LobeConvention::povray;
-        material.vertex_colours = true;
+        material.vertex_colours = surface.uvs.empty();
+        if (!surface.uvs.empty()) material.image = pigment_image_;
         material.diffuse = Rgb(finish.diffuse);
         material.phong = finish.phong;
         material.shininess = finish.phong_size;
@@ -337,15 +363,71 @@ private:
             material.reflection.at_normal = material.reflection.at_grazing =
                 Rgb(std::min(finish.reflection, 1.0f));
         result_.scene.materials[name] = material;
+        if (!is_cut(surface.object)) return add_mesh(name, name, surface, false);
+        // Tolerances are relative to the size of an entity: what is near is an entity of its own.
+        const std::vector<ObjectSurface> zones = surface_zones(surface);
+        constexpr std::array<std::string_view, 3> names{"", "_around", "_far"};
+        for (std::size_t zone = 0; zone < zones.size(); ++zone)
+            if (!zones[zone].triangles.empty())
+                HF_TRY_DONE(add_mesh(zone == 0 ? name : unique_name(name + std::string(names[zone]), names_),
+                                     name, zones[zone], is_flat(zones[zone])));
+        return Done{};
+    }
+
+    /// Divides a surface into what is near the finite objects, what is around that, and the rest.
+    std::vector<ObjectSurface> surface_zones(const ObjectSurface& surface) const {
+        constexpr std::array<float, 2> reaches{2.0f, 10.0f};  // Half widths, in radii of the finite objects.
+        const bool has_finite = bounds_.lower.x <= bounds_.upper.x;
+        const Vec3f centre = has_finite ? bounds_.centre() : Vec3f(world_.point(eye()));
+        const float radius =
+            has_finite ? bounds_.radius() : static_cast<float>(reach_ * scale_) / reaches.back();
+        std::vector<ObjectSurface> zones(reaches.size() + 1);
+        std::vector<std::map<std::uint32_t, std::uint32_t>> numbers(zones.size());
+        for (const auto& triangle : surface.triangles) {
+            std::size_t zone = 0;
+            for (const std::uint32_t corner : triangle) {
+                const Vec3f away = surface.positions[corner] - centre;
+                const float distance = std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)});
+                while (zone < reaches.size() && distance > reaches[zone] * radius) ++zone;
+            }
+            ObjectSurface& part = zones[zone];
+            std::array<std::uint32_t, 3> corners;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto [entry, is_new] =
+                    numbers[zone].try_emplace(triangle[c], static_cast<std::uint32_t>(part.positions.size()));
+                corners[c] = entry->second;
+                if (!is_new) continue;
+                part.positions.push_back(surface.positions[triangle[c]]);
+                part.normals.push_back(surface.normals[triangle[c]]);
+                part.colours.push_back(surface.colours[triangle[c]]);
+                if (!surface.uvs.empty()) part.uvs.push_back(surface.uvs[triangle[c]]);
+            }
+            part.triangles.push_back(corners);
+        }
+        return zones;
+    }
+
+    static bool is_flat(const ObjectSurface& surface) {
+        constexpr float least_cosine = 0.999999f;
+        return std::ranges::all_of(surface.normals, [&](const Vec3f& normal) {
+            return normal.dot(surface.normals.front()) > least_cosine;
+        });
+    }
+
+    /// Writes a mesh, and adds an entity with one instance.
+    Result<Done> add_mesh(const std::string& name, const std::string& material, const ObjectSurface& surface,
+                          bool is_flat) {
+        Entity entity;
+        entity.name = name;
+        entity.mesh = folder_ / fmt::format("{}_{}.ply", name_, name);
+        entity.material = material;
+        if (is_flat) entity.coarse_triangles = RenderSettings().exact_triangles;
+        HF_TRY_DONE(write_surface_ply(entity.mesh, surface));
         Instance instance;
         instance.entity = result_.scene.entities.size();
         vertex_counts_.push_back(surface.positions.size());
         result_.scene.entities.push_back(std::move(entity));
         result_.scene.instances.push_back(instance);
-        Bounds box;
-        for (const Vec3f& position : surface.positions) box.add(position);
-        if (!is_cut(surface.object)) bounds_.add(box.lower), bounds_.add(box.upper);
-        all_bounds_.add(box.lower), all_bounds_.add(box.upper);
         return Done{};
     }
 
@@ -391,7 +473,7 @@ private:
         if (camera && !camera->is_perspective)
             result_.warnings.emplace_back("the camera is not a perspective camera; another one is chosen");
         if (scene.finds_camera) return;
-        const Bounds& box = bounds_.lower.x <= bounds_.upper.x ? bounds_ : all_bounds_;
+        const Bounds& box = bounds_.lower.x <= bounds_.upper.x ? bounds_ : cut_bounds_;
         scene.camera = imported_camera(*camera, world_, box, result_.warnings);
     }
 
@@ -430,9 +512,10 @@ private:
     double reach_ = 1;                   ///< Distance from the eye to the farthest near object.
     double scale_ = 1;                   ///< From the file's unit to metres.
     AffineMap world_;
+    std::filesystem::path pigment_image_;  ///< Empty: no surface is patterned.
     std::set<std::string> names_;
     std::vector<std::size_t> vertex_counts_;  ///< By entity.
-    Bounds bounds_, all_bounds_;              ///< In the scene; without and with objects that are cut.
+    Bounds bounds_, cut_bounds_;  ///< In the scene: of the finite objects, and of those that are cut.
     ImportedPovrayScene result_;
 };
 

@@ -10,7 +10,6 @@ namespace haarfield {
 struct PovrayImport {
     QueryOptions queries{};
     int detail = 48;               ///< Cells of the grid along an object that fills the picture. 8 to 512.
-    int colour_levels = 4;         ///< How often triangles are divided where the pigment varies. >= 0.
     double object_seconds = 20;    ///< Time limit for the surface of one object. [s]
     std::optional<bool> z_up{};    ///< The file's z axis points up; none: found from the camera.
     double unit = 1;               ///< Length of the file's unit. [m], > 0.
@@ -43,7 +42,8 @@ struct ImportedPovrayScene {
 
 /// Imports a scene that POV-Ray evaluates: macros, loops and all kinds of objects.
 ///
-/// Objects become meshes with the pigment as vertex colours and the finish as material. Objects that a loop
+/// Objects become meshes with the finish as material. Pigments that vary become one image for all objects;
+/// others become vertex colours. Objects that a loop
 /// creates in large numbers become one mesh per statement. Infinite objects are cut at thirty times the
 /// distance of the finite ones as seen from the camera; beyond, they are part of the environment. So are
 /// objects ten times as far away as all nearer ones, background, sky_sphere and fog.
@@ -52,7 +52,7 @@ struct ImportedPovrayScene {
 /// y.
 ///
 /// name    names of files begin with it.
-/// writes  `NAME_OBJECT.ply` for each entity and `NAME_environment.exr` in `folder`.
+/// writes  `NAME_OBJECT.ply` for each entity, `NAME_pigments.png` and `NAME_environment.exr` in `folder`.
 /// errors  those of SceneQueries; no object has a surface; errors of the file system.
 /// cost    about ten runs of POV-Ray, and the sampling of each object.
 Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& file,

@@ -7,115 +7,10 @@
 #include <numeric>
 #include <set>
 
-#include "bridge/povray_import/object_frame.h"
+#include "bridge/povray_import/object_lattice.h"
 
 namespace haarfield {
 namespace {
-
-/// A ray in the local coordinates of an object.
-struct ProbeRay {
-    std::size_t surface = 0;  ///< Index of its surface.
-    Vec3d start{0, 0, 0}, direction{0, 0, 1};
-};
-
-/// Objects side by side, each scaled to its grid, so that a ray meets only its own object.
-class ObjectLattice {
-public:
-    ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces) {
-        double spacing = 0;
-        for (const ObjectSurface& surface : surfaces) {
-            const auto request = std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object);
-            requests_.push_back(*request);
-            frames_.push_back(grid_frame(*request));
-            const Vec3d size = request->size * frames_.back().scale;
-            spacing = std::max(spacing, 1.5 * std::max({size.x, size.y, size.z}) + 10);
-        }
-        const auto side = static_cast<std::size_t>(
-            std::ceil(std::cbrt(static_cast<double>(std::max<std::size_t>(1, frames_.size())))));
-        for (std::size_t i = 0; i < frames_.size(); ++i) {
-            const Vec3d place(static_cast<double>(i % side), static_cast<double>(i / side % side),
-                              static_cast<double>(i / side / side));
-            places_.push_back((place - Vec3d(0.5 * static_cast<double>(side))) * spacing);
-        }
-    }
-
-    const GridFrame& frame(std::size_t surface) const { return frames_[surface]; }
-
-    /// Returns a query that renders a colour for each ray.
-    SceneQuery query(std::span<const ProbeRay> rays) const {
-        SceneQuery query;
-        std::vector<std::size_t> rows(frames_.empty() ? 1 : requests_.back().object + 1, 0);
-        std::string text;
-        for (std::size_t i = 0; i < frames_.size(); ++i) {
-            rows[requests_[i].object] = i + 1;
-            const GridFrame& frame = frames_[i];
-            const Vec3d shift = frame.shift + places_[i];
-            text += fmt::format("#macro HF_Place_{}() {} translate {} scale {} translate {} #end\n", i + 1,
-                                requests_[i].is_cut ? clip(requests_[i]) : "", vector(-frame.centre),
-                                vector(frame.scale), vector(shift));
-        }
-        query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n{}", rows.size(),
-                                    rows.size(), fmt::join(rows, ","), text);
-        std::string choice;
-        for (std::size_t i = 0; i < frames_.size(); ++i)
-            choice += fmt::format("#case({0}) HF_Place_{0}() #break ", i + 1);
-        query.prelude += fmt::format("#macro HF_Placed(HF_R) #switch(HF_R) {} #end #end\n", choice);
-        query.put =
-            "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N] HF_Placed(HF_RA[HF_N]) no_shadow} "
-            "#end #end";
-        query.width = columns;
-        query.height = static_cast<int>((rays.size() + columns - 1) / columns) + 1;
-        query.suffix =
-            "\n#version 3.7;\nglobal_settings{adc_bailout 0 max_trace_level 6 ambient_light 0}\n"
-            "camera{mesh_camera{1 0 mesh{\n";
-        for (const ProbeRay& ray : rays) add_triangle(ray, query.suffix);
-        // Rows of the picture must be full.
-        for (std::size_t i = rays.size(); i % columns != 0; ++i) add_triangle(rays.back(), query.suffix);
-        query.suffix += "}} location<0,0,0> direction<0,0,-1>}\n";
-        return query;
-    }
-
-    /// Returns the colours of the rays. POV-Ray's first row repeats the second.
-    static std::vector<Rgb> colours(const SceneAnswer& answer, std::size_t count) {
-        return {answer.pixels.begin() + columns,
-                answer.pixels.begin() + columns + static_cast<std::ptrdiff_t>(count)};
-    }
-
-private:
-    static constexpr int columns = 256;
-
-    static std::string vector(const Vec3d& v) {
-        return fmt::format("<{:.12g},{:.12g},{:.12g}>", v.x, v.y, v.z);
-    }
-
-    static std::string clip(const GridRequest& request) {
-        const Vec3d half = request.size * 0.55;
-        return fmt::format("clipped_by{{box{{{},{}}}}}", vector(request.centre - half),
-                           vector(request.centre + half));
-    }
-
-    /// Adds the triangle whose ray starts at its centroid and follows its normal.
-    void add_triangle(const ProbeRay& ray, std::string& text) const {
-        constexpr double size = 0.1;
-        const Vec3d m = ray.direction.normalized(),
-                    aside = std::abs(m.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0),
-                    e1 = m.cross(aside).normalized(), e2 = m.cross(e1),
-                    centre = ray.start + places_[ray.surface];
-        constexpr double half = 0.5, sine = 0.8660254037844386;
-        const auto corner = [&](const Vec3d& offset) {
-            const Vec3d p = centre + offset * size;
-            return fmt::format("<{:.8g},{:.8g},{:.8g}>", p.x, p.y, p.z);
-        };
-        text += fmt::format("triangle{{{},{},{}}}\n", corner(e1), corner(e2 * sine - e1 * half),
-                            corner(-e2 * sine - e1 * half));
-    }
-
-    std::vector<GridRequest> requests_;
-    std::vector<GridFrame> frames_;
-    std::vector<Vec3d> places_;
-};
-
-constexpr double start_distance = 0.1;  // Of rays from the surface. [cells]
 
 /// Returns points near the vertices, in local coordinates. Vertices on sharp edges are moved into their face,
 /// where a ray cannot miss the surface.
@@ -139,7 +34,7 @@ std::vector<Vec3d> points_in_faces(const GridFrame& frame, const ObjectSurface& 
 ProbeRay inward_ray(const ObjectLattice& lattice, const ObjectSurface& surface, std::size_t index,
                     std::size_t vertex, const Vec3d& point) {
     const Vec3d normal = lattice.frame(index).local_normal(Vec3d(surface.normals[vertex]));
-    return {index, point + normal * start_distance, -normal};
+    return {index, point + normal * ObjectLattice::start_distance, -normal};
 }
 
 /// Returns up to `most` vertices, evenly spaced.
@@ -196,10 +91,9 @@ PowerFit power_fit(const std::vector<std::array<double, 2>>& cosine_and_value) {
     return fit;
 }
 
-/// Measures the pigments of the vertices from an index by surface.
+/// Measures the pigments of the vertices.
 Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& lattice,
-                              std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& first,
-                              const Progress& progress) {
+                              std::vector<ObjectSurface>& surfaces, const Progress& progress) {
     constexpr std::size_t most_rays = 400000;
     std::vector<ProbeRay> rays;
     std::vector<Rgb*> targets;
@@ -215,106 +109,15 @@ Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& 
         return Done{};
     };
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        if (first[s] == surfaces[s].positions.size()) continue;
         surfaces[s].colours.resize(surfaces[s].positions.size(), Rgb(0.5f));
         const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
-        for (std::size_t v = first[s]; v < surfaces[s].positions.size(); ++v) {
+        for (std::size_t v = 0; v < surfaces[s].positions.size(); ++v) {
             rays.push_back(inward_ray(lattice, surfaces[s], s, v, points[v]));
             targets.push_back(&surfaces[s].colours[v]);
             if (rays.size() == most_rays) HF_TRY_DONE(measure());
         }
     }
     return measure();
-}
-
-/// Tests whether a point is in the picture or near its border.
-bool is_in_picture(const SurveyedCamera& camera, const Vec3d& point) {
-    constexpr double half = 0.65;
-    const Vec3d v = point - camera.position;
-    const double depth = v.dot(camera.direction) / camera.direction.length2(),
-                 x = v.dot(camera.right) / camera.right.length2(), y = v.dot(camera.up) / camera.up.length2();
-    return depth > 0 && std::abs(x) < half * depth && std::abs(y) < half * depth;
-}
-
-/// Divides the triangles of a surface at the middles of edges whose ends differ.
-void divide_edges(ObjectSurface& surface, const std::optional<SurveyedCamera>& camera, double smallest) {
-    constexpr float least_difference = 0.08f;
-    // On surfaces with several colours, long edges may hide others between their ends.
-    constexpr double longest = 8;
-    Rgb least(1e9f), most(-1e9f);
-    for (const Rgb& colour : surface.colours)
-        for (int c = 0; c < 3; ++c) {
-            least[c] = std::min(least[c], colour[c]);
-            most[c] = std::max(most[c], colour[c]);
-        }
-    const auto differ = [](const Rgb& one, const Rgb& other) {
-        return std::max({std::abs(one.x - other.x), std::abs(one.y - other.y), std::abs(one.z - other.z)}) >=
-               least_difference;
-    };
-    const bool is_coloured = differ(least, most);
-    if (!is_coloured) return;
-    const auto is_divided = [&](std::uint32_t a, std::uint32_t b) {
-        if (!camera) return differ(surface.colours[a], surface.colours[b]);
-        const Vec3f p = surface.positions[a], q = surface.positions[b];
-        const Vec3d centre((p + q) * 0.5f);
-        if (!is_in_picture(*camera, centre)) return false;
-        const double apparent = double((p - q).length()) / (centre - camera->position).length();
-        return apparent > (differ(surface.colours[a], surface.colours[b]) ? 1 : longest) * smallest;
-    };
-    // Both sides of a sharp edge are divided, or none. Otherwise the mesh would be open there.
-    std::map<std::array<float, 3>, std::uint32_t> places;
-    std::vector<std::uint32_t> place_of;
-    for (const Vec3f& p : surface.positions)
-        place_of.push_back(
-            places.emplace(std::array{p.x, p.y, p.z}, static_cast<std::uint32_t>(places.size()))
-                .first->second);
-    const auto between = [&](std::uint32_t a, std::uint32_t b) {
-        return std::minmax({place_of[a], place_of[b]});
-    };
-    std::set<std::pair<std::uint32_t, std::uint32_t>> wanted;
-    for (const auto& triangle : surface.triangles)
-        for (std::size_t k = 0; k < 3; ++k)
-            if (is_divided(triangle[k], triangle[(k + 1) % 3]))
-                wanted.insert(between(triangle[k], triangle[(k + 1) % 3]));
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
-        const std::pair key(std::min(a, b), std::max(a, b));
-        if (const auto found = middles.find(key); found != middles.end()) return found->second;
-        if (!wanted.contains(between(a, b))) return std::nullopt;
-        const Vec3f normal = surface.normals[a] + surface.normals[b];
-        const auto vertex = static_cast<std::uint32_t>(surface.positions.size());
-        surface.positions.push_back((surface.positions[a] + surface.positions[b]) * 0.5f);
-        surface.normals.push_back(normal.length() > 0.01f ? normal.normalized() : surface.normals[a]);
-        middles.emplace(key, vertex);
-        return vertex;
-    };
-    std::vector<std::array<std::uint32_t, 3>> divided;
-    for (const auto& triangle : surface.triangles) {
-        std::array<std::optional<std::uint32_t>, 3> cut;
-        for (std::size_t k = 0; k < 3; ++k) cut[k] = middle(triangle[k], triangle[(k + 1) % 3]);
-        const auto count = std::ranges::count_if(cut, [](const auto& each) { return each.has_value(); });
-        if (count == 0) {
-            divided.push_back(triangle);
-            continue;
-        }
-        // Rotated so that edge 0 is cut, and edge 2 is not, unless all are.
-        std::size_t k = 0;
-        while (!(cut[k] && (count == 3 || !cut[(k + 2) % 3]))) ++k;
-        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3], c = triangle[(k + 2) % 3],
-                            ab = *cut[k];
-        if (count == 1) {
-            divided.insert(divided.end(), {{a, ab, c}, {ab, b, c}});
-        } else {
-            const std::uint32_t bc = *cut[(k + 1) % 3];
-            if (count == 2) {
-                divided.insert(divided.end(), {{ab, b, bc}, {a, ab, bc}, {a, bc, c}});
-            } else {
-                const std::uint32_t ca = *cut[(k + 2) % 3];
-                divided.insert(divided.end(), {{a, ab, ca}, {ab, b, bc}, {bc, c, ca}, {ab, bc, ca}});
-            }
-        }
-    }
-    surface.triangles = std::move(divided);
 }
 
 const std::array<Vec3d, 2>& light_directions() {
@@ -329,8 +132,7 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
                           std::vector<ObjectSurface>& surfaces, const Progress& progress) {
     if (surfaces.empty()) return Done{};
     const ObjectLattice lattice(requests, surfaces);
-    HF_TRY_DONE(
-        measure_pigments(queries, lattice, surfaces, std::vector<std::size_t>(surfaces.size(), 0), progress));
+    HF_TRY_DONE(measure_pigments(queries, lattice, surfaces, progress));
     std::vector<ProbeRay> rays;
 
     // Again before a white background, which is visible through transparent surfaces.
@@ -355,30 +157,6 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
     }
     for (std::size_t s = 0; s < surfaces.size(); ++s)
         surfaces[s].transmittance = static_cast<float>(sums[s] / std::max(1.0, counts[s]));
-    return Done{};
-}
-
-Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
-                             std::vector<ObjectSurface>& surfaces,
-                             const std::optional<SurveyedCamera>& camera, double smallest, int levels,
-                             const Progress& progress) {
-    constexpr std::size_t most_vertices = 150000;
-    const ObjectLattice lattice(requests, surfaces);
-    for (int level = 0; level < levels; ++level) {
-        std::vector<std::size_t> first;
-        std::size_t before = 0, after = 0;
-        for (const ObjectSurface& surface : surfaces) {
-            first.push_back(surface.positions.size());
-            before += surface.positions.size();
-        }
-        if (before >= most_vertices) break;
-        for (ObjectSurface& surface : surfaces) {
-            divide_edges(surface, camera, smallest);
-            after += surface.positions.size();
-        }
-        if (after == before) break;
-        HF_TRY_DONE(measure_pigments(queries, lattice, surfaces, first, progress));
-    }
     return Done{};
 }
 
@@ -409,7 +187,8 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
                     const double angle = degrees * pi / 180;
                     const Vec3d view = mirror * std::cos(angle) + aside * std::sin(angle);
                     rays.push_back(
-                        {s, place + view * (start_distance / std::max(0.2, view.dot(normal))), -view});
+                        {s, place + view * (ObjectLattice::start_distance / std::max(0.2, view.dot(normal))),
+                         -view});
                     const Vec3d half = (view + towards).normalized();
                     sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 60});
                 }

@@ -3,6 +3,7 @@
 
 #include "bridge/povray_import/dual_contour.h"
 #include "bridge/povray_import/scene_survey.h"
+#include "scenes/image.h"
 #include "shading/scene/material.h"
 
 namespace haarfield {
@@ -22,6 +23,7 @@ struct ObjectSurface {
     std::vector<Vec3f> positions, normals;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<Rgb> colours;  ///< The pigment at each vertex, linear; set by add_pigments.
+    std::vector<Vec2f> uvs;    ///< Places in the image of pigment_image, which sets them; or none.
     float transmittance = 0;   ///< Mean fraction of light that passes the surface; set by add_pigments.
     std::size_t sheet_triangles = 0;  ///< As in ContouredMesh, with the two counts of doubtful edges.
     std::size_t double_edges = 0, missed_edges = 0;
@@ -55,18 +57,25 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});
 
-/// Divides triangles whose pigment varies, and measures the pigments at the new vertices: edges whose ends
-/// differ are bisected, up to `levels` times.
+/// Tests whether the pigment of a surface varies between its vertices.
+bool has_pattern(const ObjectSurface& surface);
+
+/// Measures the pigments of surfaces at the texels of one image. Vertices at the borders of charts are
+/// doubled.
 ///
-/// camera    edges outside its picture, or that appear shorter than `smallest` [rad], are not divided; none:
-///           all edges are.
-/// cost      one run of POV-Ray per level, and 2 us per new vertex; none once there are 150,000 vertices in
-///           all.
+/// A texel of a surface in the camera's picture appears about as large as 1/900 of the picture's width;
+/// texels outside it are sixteen times larger. Without a camera, an object has 400 texels along its longest
+/// side. The image has at most three million texels on surfaces; if more are wanted, all are larger.
+///
+/// chosen    indices of opaque surfaces with colours; at least one.
+/// returns   linear colours in [0, 1]; texels beside the surfaces repeat those at their borders.
+/// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
-Result<Done> refine_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
-                             std::vector<ObjectSurface>& surfaces,
-                             const std::optional<SurveyedCamera>& camera, double smallest, int levels,
-                             const Progress& progress = {});
+/// cost      one run of POV-Ray, and 3 us of processor time per texel.
+/// source    a mesh_camera with distribution 3, which renders image coordinates.
+Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
+                            std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
+                            const std::optional<SurveyedCamera>& camera, const Progress& progress = {});
 
 /// The finish of an object as far as haarfield has it.
 struct MeasuredFinish {

@@ -26,6 +26,7 @@ void gather(const PolygonFile& file, FaceGatherer& to) {
         to.add_vertex(file.positions[v], file.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(file.normals[v]),
                       material, static_cast<std::int32_t>(v));
         if (!file.colours.empty()) to.set_colour(file.colours[v]);
+        if (!file.uvs.empty()) to.set_uv(file.uvs[v]);
     }
     std::span<const std::uint32_t> corners = file.corners;
     for (const std::uint32_t count : file.face_corners) {

@@ -172,15 +172,23 @@ Result<PlyHeader> read_ply_header(std::string_view& bytes) {
     return Error{"", "ends within its header"};
 }
 
-/// The position, normal and colour of a vertex.
-using PlyVertex = std::array<double, 9>;
+/// The position, normal, colour and image coordinates of a vertex.
+using PlyVertex = std::array<double, 11>;
 
 /// Returns the index of a property in PlyVertex; nothing for other properties.
 std::optional<std::size_t> vertex_slot(std::string_view name) {
-    constexpr std::array<std::string_view, 9> names{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
+    constexpr std::array<std::string_view, 11> names{"x",   "y",     "z",    "nx", "ny", "nz",
+                                                     "red", "green", "blue", "s",  "t"};
+    if (name == "u" || name == "texture_u") name = "s";
+    if (name == "v" || name == "texture_v") name = "t";
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) return std::nullopt;
     return static_cast<std::size_t>(found - names.begin());
+}
+
+bool has_property(const PlyElement& element, std::size_t slot) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [&](const PlyProperty& p) { return !p.count && vertex_slot(p.name) == slot; });
 }
 
 bool is_corner_list(const PlyElement& element, const PlyProperty& property) {
@@ -250,8 +258,8 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
     for (const PlyElement& element : header.elements) {
         if (element.properties.empty()) continue;
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
-        const bool has_normals = std::any_of(element.properties.begin(), element.properties.end(),
-                                             [](const PlyProperty& p) { return p.name == "nx"; });
+        const bool has_normals = has_property(element, 3),
+                   has_uvs = has_property(element, 9) && has_property(element, 10);
         const auto colour = std::find_if(element.properties.begin(), element.properties.end(),
                                          [](const PlyProperty& p) { return p.name == "red"; });
         for (std::size_t i = 0; i < element.count; ++i) {
@@ -264,7 +272,9 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
             if (is_vertex && has_normals)
                 file.normals.push_back(vector_of(std::span(vertex).subspan<3, 3>()));
             if (is_vertex && colour != element.properties.end())
-                file.colours.push_back(colour_of(std::span(vertex).last<3>(), colour->scalar));
+                file.colours.push_back(colour_of(std::span(vertex).subspan<6, 3>(), colour->scalar));
+            if (is_vertex && has_uvs)
+                file.uvs.emplace_back(static_cast<float>(vertex[9]), static_cast<float>(vertex[10]));
             if (!is_face) continue;
             if (const auto error = corner_error(file, corners)) return *error;
             add_face(file, corners);
@@ -272,6 +282,7 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
     }
     if (file.normals.size() != file.positions.size()) file.normals.clear();
     if (file.colours.size() != file.positions.size()) file.colours.clear();
+    if (file.uvs.size() != file.positions.size()) file.uvs.clear();
     return file;
 }
 

@@ -15,13 +15,15 @@ struct PolygonFile {
     std::vector<Vec3f> positions;             ///< Numbers out of range become infinite.
     std::vector<Vec3f> normals;               ///< One per position, of any length, or none.
     std::vector<Rgb> colours;                 ///< One per position, linear, any numbers; or none.
+    std::vector<Vec2f> uvs;                   ///< One per position, any numbers; or none.
     std::vector<std::uint32_t> corners;       ///< Corners of all faces in turn: indices of positions.
     std::vector<std::uint32_t> face_corners;  ///< The number of corners of each face; any number.
 };
 
 /// Reads a PLY file, as text or binary in either byte order. Skips elements other than `vertex` and `face`,
-/// and properties other than x, y, z, nx, ny, nz, red, green, blue and vertex_indices (or vertex_index).
-/// Integer colours are assumed to be sRGB, floats linear.
+/// and properties other than x, y, z, nx, ny, nz, red, green, blue, image coordinates (s and t, u and v, or
+/// texture_u and texture_v) and vertex_indices (or vertex_index). Integer colours are assumed to be sRGB,
+/// floats linear.
 ///
 /// errors  (with an empty `where`) the violation of the format, and its element.
 /// cost    proportional to the bytes, even for malicious files.

@@ -138,7 +138,6 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
     wanted.queries = options;
     wanted.detail = detail;
     wanted.object_seconds = 10;
-    wanted.colour_levels = 3;
     wanted.with_environment = false;
     const Result<ImportedPovrayScene> imported = imported_povray_scene(file, folder, "scene", wanted);
     if (imported) {

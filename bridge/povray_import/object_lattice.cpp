@@ -1,0 +1,98 @@
+#include "bridge/povray_import/object_lattice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace haarfield {
+namespace {
+
+constexpr int columns = 256;  // Of pictures with a pixel for each ray.
+
+std::string vector(const Vec3d& v) {
+    return fmt::format("<{:.12g},{:.12g},{:.12g}>", v.x, v.y, v.z);
+}
+
+std::string clip(const GridRequest& request) {
+    const Vec3d half = request.size * 0.55;
+    return fmt::format("clipped_by{{box{{{},{}}}}}", vector(request.centre - half),
+                       vector(request.centre + half));
+}
+
+/// Adds the triangle whose ray starts at its centroid and follows its normal.
+void add_triangle(const Vec3d& centre, const Vec3d& direction, std::string& text) {
+    constexpr double size = 0.1;
+    const Vec3d m = direction.normalized(), aside = std::abs(m.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0),
+                e1 = m.cross(aside).normalized(), e2 = m.cross(e1);
+    constexpr double half = 0.5, sine = 0.8660254037844386;
+    const auto corner = [&](const Vec3d& offset) {
+        const Vec3d p = centre + offset * size;
+        return fmt::format("<{:.8g},{:.8g},{:.8g}>", p.x, p.y, p.z);
+    };
+    text += fmt::format("triangle{{{},{},{}}}\n", corner(e1), corner(e2 * sine - e1 * half),
+                        corner(-e2 * sine - e1 * half));
+}
+
+}  // namespace
+
+ObjectLattice::ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces) {
+    double spacing = 0;
+    for (const ObjectSurface& surface : surfaces) {
+        const auto request = std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object);
+        requests_.push_back(*request);
+        frames_.push_back(grid_frame(*request));
+        const Vec3d size = request->size * frames_.back().scale;
+        spacing = std::max(spacing, 1.5 * std::max({size.x, size.y, size.z}) + 10);
+    }
+    const auto side = static_cast<std::size_t>(
+        std::ceil(std::cbrt(static_cast<double>(std::max<std::size_t>(1, frames_.size())))));
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+        const Vec3d place(static_cast<double>(i % side), static_cast<double>(i / side % side),
+                          static_cast<double>(i / side / side));
+        places_.push_back((place - Vec3d(0.5 * static_cast<double>(side))) * spacing);
+    }
+}
+
+SceneQuery ObjectLattice::query(int width, int height, const std::string& camera) const {
+    SceneQuery query;
+    std::vector<std::size_t> rows(frames_.empty() ? 1 : requests_.back().object + 1, 0);
+    std::string text, choice;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+        rows[requests_[i].object] = i + 1;
+        const GridFrame& frame = frames_[i];
+        text += fmt::format("#macro HF_Place_{}() {} translate {} scale {} translate {} #end\n", i + 1,
+                            requests_[i].is_cut ? clip(requests_[i]) : "", vector(-frame.centre),
+                            vector(frame.scale), vector(placed(i, frame.shift)));
+        choice += fmt::format("#case({0}) HF_Place_{0}() #break ", i + 1);
+    }
+    query.prelude = fmt::format(
+        "#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n{}"
+        "#macro HF_Placed(HF_R) #switch(HF_R) {} #end #end\n",
+        rows.size(), rows.size(), fmt::join(rows, ","), text, choice);
+    query.put =
+        "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N] HF_Placed(HF_RA[HF_N]) no_shadow} "
+        "#end #end";
+    query.width = width;
+    query.height = height;
+    query.suffix =
+        "\n#version 3.7;\nglobal_settings{adc_bailout 0 max_trace_level 6 ambient_light 0}\n" + camera;
+    return query;
+}
+
+SceneQuery ObjectLattice::query(std::span<const ProbeRay> rays) const {
+    std::string triangles;
+    for (const ProbeRay& ray : rays) add_triangle(placed(ray.surface, ray.start), ray.direction, triangles);
+    // Rows of the picture must be full.
+    for (std::size_t i = rays.size(); i % columns != 0; ++i)
+        add_triangle(placed(rays.back().surface, rays.back().start), rays.back().direction, triangles);
+    return query(columns, static_cast<int>((rays.size() + columns - 1) / columns) + 1,
+                 "camera{mesh_camera{1 0 mesh{\n" + triangles + "}} location<0,0,0> direction<0,0,-1>}\n");
+}
+
+std::vector<Rgb> ObjectLattice::colours(const SceneAnswer& answer, std::size_t count) {
+    return {answer.pixels.begin() + columns,
+            answer.pixels.begin() + columns + static_cast<std::ptrdiff_t>(count)};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,43 @@
+#pragma once
+/// Objects side by side, so that rays can be sent to one of them at a time. Internal.
+
+#include "bridge/povray_import/object_frame.h"
+
+namespace haarfield {
+
+/// A ray in the local coordinates of an object.
+struct ProbeRay {
+    std::size_t surface = 0;  ///< Index of its surface.
+    Vec3d start{0, 0, 0}, direction{0, 0, 1};
+};
+
+/// Objects side by side, each scaled to its grid, so that a ray meets only its own object.
+class ObjectLattice {
+public:
+    /// surfaces  of some of the requests.
+    ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces);
+
+    /// Distance from a surface at which rays to it should start, in local coordinates. [cells]
+    static constexpr double start_distance = 0.1;
+
+    const GridFrame& frame(std::size_t surface) const { return frames_[surface]; }  ///< Of an object.
+
+    /// Returns a point of an object in the lattice.
+    Vec3d placed(std::size_t surface, const Vec3d& local) const { return local + places_[surface]; }
+
+    /// Returns a query that renders a picture of the lattice.
+    ///
+    /// camera  a camera statement, and declarations.
+    SceneQuery query(int width, int height, const std::string& camera) const;
+    /// Returns a query that renders a colour for each ray. There is at least one ray.
+    SceneQuery query(std::span<const ProbeRay> rays) const;
+    /// Returns the colours of the rays. POV-Ray's first row repeats the second.
+    static std::vector<Rgb> colours(const SceneAnswer& answer, std::size_t count);
+
+private:
+    std::vector<GridRequest> requests_;
+    std::vector<GridFrame> frames_;
+    std::vector<Vec3d> places_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+
+#include "bridge/povray_import/object_lattice.h"
+#include "bridge/povray_import/surface_charts.h"
+
+namespace haarfield {
+namespace {
+
+constexpr double most_texels = 3e6;
+constexpr double texels_per_width = 900;   // Of the camera's picture, at the nearest point of a triangle.
+constexpr double texels_per_object = 400;  // Along its longest side, without a camera.
+constexpr double factor_outside = 16;      // Of texels' sizes outside the picture.
+constexpr double least_cosine = 0.1;
+constexpr double finest = 1e-4;  // Texels' least size relative to their object.
+constexpr std::array<float, 3> no_surface{0.8125f, 0.1875f, 0.4375f};  // A background that no pigment has.
+
+/// Tests whether a point is in the picture or near its border.
+bool is_in_picture(const SurveyedCamera& camera, const Vec3d& point) {
+    constexpr double half = 0.65;
+    const Vec3d v = point - camera.position;
+    const double depth = v.dot(camera.direction) / camera.direction.length2(),
+                 x = v.dot(camera.right) / camera.right.length2(), y = v.dot(camera.up) / camera.up.length2();
+    return depth > 0 && std::abs(x) < half * depth && std::abs(y) < half * depth;
+}
+
+/// Returns the wanted sides of texels, by triangle.
+std::vector<float> texel_sizes(const ObjectSurface& surface, const std::optional<SurveyedCamera>& camera) {
+    Bounds box;
+    for (const Vec3f& p : surface.positions) box.add(p);
+    const Vec3f size = box.upper - box.lower;
+    const auto longest = double(std::max({size.x, size.y, size.z}));
+    if (!camera)
+        return std::vector<float>(surface.triangles.size(), static_cast<float>(longest / texels_per_object));
+    const double angle = camera->right.length() / camera->direction.length() / texels_per_width;
+    std::vector<float> sizes;
+    for (const auto& triangle : surface.triangles) {
+        double distance = INFINITY, extent = 0, cosine = 1;
+        bool is_inside = false;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3d p(surface.positions[triangle[c]]), next(surface.positions[triangle[(c + 1) % 3]]);
+            distance = std::min(distance, (p - camera->position).length());
+            extent = std::max(extent, (next - p).length());
+            is_inside = is_inside || is_in_picture(*camera, p);
+            const Vec3d away = (p - camera->position).normalized();
+            cosine = std::min(cosine, std::abs(away.dot(Vec3d(surface.normals[triangle[c]]))));
+        }
+        // What is viewed at a grazing angle appears shorter.
+        const double slant = 1 / std::sqrt(std::max(cosine, least_cosine));
+        // The picture may be inside the triangle.
+        is_inside = is_inside || extent > 0.3 * distance;
+        const double wanted =
+            std::max(distance, 0.3 * extent) * angle * slant * (is_inside ? 1 : factor_outside);
+        sizes.push_back(static_cast<float>(std::max(wanted, finest * longest)));
+    }
+    return sizes;
+}
+
+/// Replaces the vertices of a surface by those of its charts.
+void chart(const ChartedSurface& charted, ObjectSurface& surface) {
+    ObjectSurface old = std::move(surface);
+    surface = {old.object,
+               {},
+               {},
+               charted.triangles,
+               {},
+               charted.uvs,
+               old.transmittance,
+               old.sheet_triangles,
+               old.double_edges,
+               old.missed_edges};
+    for (const std::uint32_t v : charted.originals) {
+        surface.positions.push_back(old.positions[v]);
+        surface.normals.push_back(old.normals[v]);
+        surface.colours.push_back(old.colours[v]);
+    }
+}
+
+/// Returns POV-Ray's camera that renders each texel from above its surface.
+///
+/// surfaces  indices of the charted surfaces.
+std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
+                         const std::vector<std::size_t>& chosen, const SurfaceCharts& charts) {
+    std::string positions, uvs, faces;
+    std::size_t vertices = 0, triangles = 0;
+    // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
+    const double right = 0.5 / charts.width, up = 0.5 / charts.height;
+    for (const std::size_t s : chosen) {
+        const ObjectSurface& surface = surfaces[s];
+        for (std::size_t v = 0; v < surface.positions.size(); ++v) {
+            const Vec3d p = lattice.placed(s, lattice.frame(s).local_point(Vec3d(surface.positions[v])));
+            const Vec2f& uv = surface.uvs[v];
+            fmt::format_to(std::back_inserter(positions), "<{:.9g},{:.9g},{:.9g}>\n", p.x, p.y, p.z);
+            fmt::format_to(std::back_inserter(uvs), "<{:.9g},{:.9g}>\n", double(uv.x) - right,
+                           double(uv.y) + up);
+        }
+        // Rays follow the normal that points to the side from which corners are in clockwise order.
+        for (const auto& [a, b, c] : surface.triangles)
+            fmt::format_to(std::back_inserter(faces), "<{},{},{}>\n", a + vertices, c + vertices,
+                           b + vertices);
+        vertices += surface.positions.size();
+        triangles += surface.triangles.size();
+    }
+    return fmt::format(
+        "#declare HF_Texels=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
+        "camera{{mesh_camera{{1 3 mesh{{HF_Texels}}}}location<0,0,{5}>direction<0,0,-1>}}\n"
+        "background{{rgb<{6},{7},{8}>}}\n",
+        vertices, positions, uvs, triangles, faces, ObjectLattice::start_distance, no_surface[0],
+        no_surface[1], no_surface[2]);
+}
+
+/// Fills the texels of a chart that have no colour with those of their neighbours.
+void fill(const ChartRectangle& chart, const Rgb& otherwise, Image& image,
+          std::vector<std::uint8_t>& has_colour) {
+    std::vector<std::pair<int, int>> queue;
+    const auto index = [&](int x, int y) {
+        return std::size_t(y) * std::size_t(image.width) + std::size_t(x);
+    };
+    for (int y = chart.top; y < chart.top + chart.height; ++y)
+        for (int x = chart.left; x < chart.left + chart.width; ++x)
+            if (has_colour[index(x, y)]) queue.emplace_back(x, y);
+    if (queue.empty()) {
+        const int x = chart.left + chart.width / 2, y = chart.top + chart.height / 2;
+        image.pixels[index(x, y)] = otherwise;
+        has_colour[index(x, y)] = 1;
+        queue.emplace_back(x, y);
+    }
+    constexpr std::array<std::pair<int, int>, 4> steps{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+    for (std::size_t next = 0; next < queue.size(); ++next)
+        for (const auto& [dx, dy] : steps) {
+            const auto [x, y] = queue[next];
+            const int to_x = x + dx, to_y = y + dy;
+            if (to_x < chart.left || to_x >= chart.left + chart.width || to_y < chart.top ||
+                to_y >= chart.top + chart.height || has_colour[index(to_x, to_y)])
+                continue;
+            image.pixels[index(to_x, to_y)] = image.pixels[index(x, y)];
+            has_colour[index(to_x, to_y)] = 1;
+            queue.emplace_back(to_x, to_y);
+        }
+}
+
+}  // namespace
+
+bool has_pattern(const ObjectSurface& surface) {
+    constexpr float visible = 0.02f;
+    Rgb least(1e9f), most(-1e9f);
+    for (const Rgb& colour : surface.colours)
+        for (int c = 0; c < 3; ++c) {
+            least[c] = std::min(least[c], colour[c]);
+            most[c] = std::max(most[c], colour[c]);
+        }
+    const Rgb range = most - least;
+    return std::max({range.x, range.y, range.z}) > visible;
+}
+
+Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
+                            std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
+                            const std::optional<SurveyedCamera>& camera, const Progress& progress) {
+    assert(!chosen.empty());
+    std::vector<UnchartedSurface> uncharted;
+    for (const std::size_t s : chosen)
+        uncharted.push_back({surfaces[s].positions, surfaces[s].triangles, texel_sizes(surfaces[s], camera)});
+    const SurfaceCharts charts = surface_charts(uncharted, most_texels);
+    for (std::size_t k = 0; k < chosen.size(); ++k) chart(charts.surfaces[k], surfaces[chosen[k]]);
+    const ObjectLattice lattice(requests, surfaces);
+    SceneQuery query =
+        lattice.query(charts.width, charts.height, texel_camera(lattice, surfaces, chosen, charts));
+    query.pigments = true;
+    HF_TRY(SceneAnswer answer, queries.answer(query, progress));
+    Image image;
+    image.width = charts.width;
+    image.height = charts.height;
+    image.pixels = std::move(answer.pixels);
+    std::vector<std::uint8_t> has_colour = charts.covered;
+    for (std::size_t i = 0; i < has_colour.size(); ++i) {
+        float difference = 0;
+        for (int c = 0; c < 3; ++c) {
+            float& value = image.pixels[i][c];
+            difference = std::max(difference, std::abs(value - no_surface[std::size_t(c)]));
+            value = std::clamp(value, 0.0f, 1.0f);
+        }
+        if (difference < 1e-3f) has_colour[i] = 0;
+    }
+    for (const ChartRectangle& rectangle : charts.rectangles) {
+        const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
+        fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], image, has_colour);
+    }
+    return image;
+}
+
+}  // namespace haarfield
