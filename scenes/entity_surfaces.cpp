@@ -20,6 +20,7 @@ const std::string& scene_material(const Entity& entity, const std::string& name)
 void set_material(const SceneMaterial& material, Surface& surface) {
     surface.material = material;
     surface.emission = material.emission;
+    surface.ambient = material.ambient;
     surface.reflection = material.reflection;
     const Rgb tint = Rgb(1 - material.reflection.metallic) + material.pigment * material.reflection.metallic;
     surface.reflection.at_normal *= tint;

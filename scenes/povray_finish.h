@@ -16,15 +16,17 @@ inline constexpr Range shininesses{1, 1000};  ///< Exponents of Phong's lobe.
 /// Reads the keys of a finish from a table or a message. `take(key, float, Range)` leaves the value unchanged
 /// if the key is absent.
 ///
-/// material  has its pigment; receives diffuse, emission, specular and lobes from the pigment and the finish.
+/// material  has its pigment; receives diffuse, emission, ambient, specular and lobes from the pigment and
+///           the finish.
 template <class Reader>
 void take_povray_finish(Reader& finish, SceneMaterial& material) {
     constexpr Range weights{0, 100};
-    float diffuse = 0.6f, emission = 0;
+    float diffuse = 0.6f, emission = 0, ambient = 0;
     material.phong = 0;
     material.shininess = 40;
     finish.take("diffuse", diffuse, albedos);
     finish.take("emission", emission, emissions);
+    finish.take("ambient", ambient, emissions);
     finish.take("phong", material.phong, weights);
     finish.take("phong_size", material.shininess, shininesses);
     finish.take("specular", material.blinn, weights);
@@ -32,6 +34,7 @@ void take_povray_finish(Reader& finish, SceneMaterial& material) {
     finish.take("metallic", material.metallic, {0, 1});
     material.diffuse = material.pigment * diffuse;
     material.emission = material.pigment * emission;
+    material.ambient = material.pigment * ambient;
     material.specular = Rgb(material.phong > 0 || material.blinn > 0 ? 1.0f : 0.0f);
 }
 
@@ -42,10 +45,10 @@ struct FinishKey {
     bool matters;  ///< False if the material is the same without the key.
 };
 /// The keys of a finish, in the order in which they are written.
-using FinishKeys = std::array<FinishKey, 7>;
+using FinishKeys = std::array<FinishKey, 8>;
 
 /// Returns the finish of a material next to its pigment; nothing if a finish cannot express the material.
-/// Diffuse reflection and emission must be multiples of the pigment, and specular light white.
+/// Diffuse reflection, emission and ambient light must be multiples of the pigment, and specular light white.
 inline std::optional<FinishKeys> finish_of(const SceneMaterial& material) {
     const bool has_phong = material.phong > 0, has_blinn = material.blinn > 0;
     if (material.convention != LobeConvention::povray ||
@@ -57,9 +60,11 @@ inline std::optional<FinishKeys> finish_of(const SceneMaterial& material) {
             if (material.pigment[c] > 0) share = std::max(share, colour[c] / material.pigment[c]);
         return share;
     };
-    const float diffuse = multiple(material.diffuse), emission = multiple(material.emission);
+    const float diffuse = multiple(material.diffuse), emission = multiple(material.emission),
+                ambient = multiple(material.ambient);
     if (!((material.diffuse - material.pigment * diffuse).length() <= 1e-6f) ||
-        !((material.emission - material.pigment * emission).length() <= 1e-6f))
+        !((material.emission - material.pigment * emission).length() <= 1e-6f) ||
+        !((material.ambient - material.pigment * ambient).length() <= 1e-6f))
         return std::nullopt;
     return FinishKeys{{{"diffuse", diffuse, true},
                        {"phong", material.phong, has_phong},
@@ -67,7 +72,8 @@ inline std::optional<FinishKeys> finish_of(const SceneMaterial& material) {
                        {"specular", material.blinn, has_blinn},
                        {"roughness", material.roughness, has_blinn},
                        {"metallic", material.metallic, material.metallic > 0},
-                       {"emission", emission, emission > 0}}};
+                       {"emission", emission, emission > 0},
+                       {"ambient", ambient, ambient > 0}}};
 }
 
 }  // namespace haarfield

@@ -43,7 +43,8 @@ struct EnvironmentDescription {
     float rotation = 0;                    ///< About +y, see turned_environment. [rad]
     std::optional<float> exposure = 0.0f;  ///< None: found_exposure. [stops]
     std::optional<BlendedLight> blend{};   ///< Rotated and exposed like the first.
-    Rotation turn{};                       ///< Applied after `rotation`; the file's `rotate` is rotation_xyz.
+    bool lights = true;  ///< False: pictures show it behind the objects, and it lights nothing.
+    Rotation turn{};     ///< Applied after `rotation`; the file's `rotate` is rotation_xyz.
 
     bool is_black() const { return image.empty() && !sky; }  ///< True if there is no environment.
 };
@@ -55,6 +56,7 @@ struct SceneMaterial : Material {
     bool vertex_colours = false;
     Reflection reflection{};  ///< Of other objects and the environment, when POV-Ray renders a bake.
     Rgb emission{0, 0, 0};    ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
+    Rgb ambient{0, 0, 0};     ///< Additional radiance that lights nothing. [W/(m^2 sr)]
 
     bool glows() const { return emission != Rgb(0.0f); }  ///< True for emitters.
 };
@@ -131,6 +133,7 @@ struct Scene {
     std::vector<SceneLamp> lamps;              ///< In the order of the file.
     std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
     std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
+    std::optional<int> bounces;  ///< Of indirect light, unless options say otherwise; none: no limit.
     std::optional<Surroundings> surroundings;  ///< None: the objects belong to no other scene.
     /// Data that a program supplies in place of files of the scene; null: none. See files_in_memory.h.
     std::shared_ptr<const FilesInMemory> given;

@@ -61,6 +61,7 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
         if (!second) return second;
         light = mixed_environment(*light, *second, blend->share);
     }
+    if (!description.lights) light = as_backdrop(*std::move(light));
     return turned_environment(*std::move(light), double(description.rotation), 0);
 }
 

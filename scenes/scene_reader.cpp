@@ -4,6 +4,7 @@
 #include "scenes/lamp_reader.h"
 #include "scenes/povray_finish.h"
 #include "scenes/scene_tables.h"
+#include "shading/scene/shaded_scene.h"
 
 #include <fmt/format.h>
 
@@ -85,6 +86,7 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
     table.take("rotate", degrees, turns);
     if (table.has("rotate")) environment.turn = rotation_of_degrees(degrees);
     table.take("exposure", environment.exposure, {-60, 60}, "auto");
+    table.take("lights", environment.lights);
     table.finish();
 }
 
@@ -179,6 +181,7 @@ SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& fold
     table.take("image", material.image, folder);
     table.take("vertex_colours", material.vertex_colours);
     table.take("emission", material.emission, emissions);
+    table.take("ambient", material.ambient, emissions);
     std::string convention = "physical";
     table.take("convention", convention);
     if (convention == "povray")
@@ -418,6 +421,9 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     TomlTable root(tables, "", file);
     for (const char* key : {"entities", "instances"}) root.require(key);
 
+    std::uint32_t bounces = 0;
+    root.take("bounces", bounces, {0, any_bounces});
+    if (root.has("bounces")) scene.bounces = static_cast<int>(bounces);
     scene.finds_camera = true;
     if (const toml::table* camera = root.take_table("camera"))
         scene.finds_camera = !take_camera(TomlTable(*camera, "camera", file), scene.camera);
@@ -427,7 +433,12 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
             scene.materials[name] = parsed_material(TomlTable(*material, "materials." + name, file), folder);
     // Something must emit light.
-    if (!root.has("lights") && !scene.glows()) root.require("environment");
+    if (!root.has("lights") && !scene.glows()) {
+        root.require("environment");
+        if (!scene.environment.lights)
+            root.refuse("environment",
+                        "environment.lights is false; expected true, or [[lights]] or emissive materials");
+    }
     if (const toml::table* entities = root.take_table("entities"))
         for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
             if (!is_file_name(name))

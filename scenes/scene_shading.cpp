@@ -22,4 +22,8 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
     return shaded;
 }
 
+void apply_bounces(const Scene& scene, BounceSettings& bounces) {
+    if (bounces.most == any_bounces && scene.bounces) bounces.most = *scene.bounces;
+}
+
 }  // namespace haarfield

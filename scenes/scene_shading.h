@@ -9,4 +9,7 @@ namespace haarfield {
 /// outlive the result.
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment);
 
+/// Replaces unlimited bounces by those of the scene, if it limits them.
+void apply_bounces(const Scene& scene, BounceSettings& bounces);
+
 }  // namespace haarfield

@@ -95,6 +95,7 @@ std::string environment_text(const EnvironmentDescription& environment, const st
         text += fmt::format("blend = {{ {}, share = {} }}\n", light_text(blend->image, blend->sky, folder),
                             blend->share);
     text += turn_text(environment);
+    if (!environment.lights) text += "lights = false\n";
     if (!environment.exposure)
         text += "exposure = \"auto\"\n";
     else if (*environment.exposure != 0)
@@ -136,6 +137,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
     if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
     if (material.vertex_colours) text += "vertex_colours = true\n";
     if (material.glows()) text += fmt::format("emission = {}\n", list_of(material.emission));
+    if (material.ambient != Rgb(0.0f)) text += fmt::format("ambient = {}\n", list_of(material.ambient));
     return text + reflection_text(material.reflection) + "\n";
 }
 
@@ -251,6 +253,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     if (!text.empty()) text += "\n";
     // A scene without any light must say so.
     if (scene.environment.is_black() && scene.lamps.empty() && !scene.glows()) text += "lights = []\n\n";
+    if (scene.bounces) text += fmt::format("bounces = {}\n\n", *scene.bounces);
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);
     for (const auto& [name, material] : scene.materials) text += material_text(name, material, folder);

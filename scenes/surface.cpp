@@ -64,7 +64,7 @@ LayeredRadiance layered_radiance(const Mesh& mesh, std::span<const Surface> surf
         const Surface& surface = surfaces[mesh.vertex_materials[v]];
         const float tinted = surface.has_separate_specular() ? surface.tinted_specular : 1;
         const Rgb added = radiance[v].specular * (1 - tinted);
-        Rgb textured = radiance[v].diffuse + radiance[v].specular * tinted + surface.emission;
+        Rgb textured = radiance[v].diffuse + radiance[v].specular * tinted + surface.own_radiance();
         if (surface.coloured) textured *= mesh.colours[v];
         layered.textured.push_back(surface.texture ? textured : textured + added);
         if (surface.texture && !layered.added.empty()) layered.added[v] = added;

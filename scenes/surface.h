@@ -13,12 +13,13 @@
 namespace haarfield {
 
 /// A material with an image. With the image's colour T at a point, outgoing radiance is
-///     T (diffuse + emission + tinted_specular * specular) + (1 - tinted_specular) * specular,
+///     T (diffuse + emission + ambient + tinted_specular * specular) + (1 - tinted_specular) * specular,
 /// where diffuse and specular are the material's reflected radiance. Vertex colours, if used, multiply T.
 /// Radiance is computed at vertices; T is evaluated per pixel.
 struct Surface {
     Material material;
     Rgb emission{0, 0, 0};                   ///< Emitted radiance; see emitters_of. >= 0. [W/(m^2 sr)]
+    Rgb ambient{0, 0, 0};                    ///< Additional radiance that lights nothing. >= 0. [W/(m^2 sr)]
     std::shared_ptr<const Texture> texture;  ///< Null: white.
     bool coloured = false;                   ///< Vertex colours are used.
     Reflection reflection{};                 ///< Not baked; `metallic` has been applied to its colours.
@@ -26,8 +27,9 @@ struct Surface {
                                              ///< metals, in [0, 1].
 
     /// True if outgoing radiance is the material's reflected radiance alone.
-    bool is_plain() const { return !texture && !coloured && emission == Rgb(0.0f); }
-    bool glows() const { return emission != Rgb(0.0f); }  ///< True if the surface emits light.
+    bool is_plain() const { return !texture && !coloured && own_radiance() == Rgb(0.0f); }
+    bool glows() const { return emission != Rgb(0.0f); }     ///< True if the surface emits light.
+    Rgb own_radiance() const { return emission + ambient; }  ///< Radiance without any light.
     /// True if specular radiance must be known separately.
     bool has_separate_specular() const {
         return (texture || coloured) && material.specular != Rgb(0.0f) && tinted_specular < 1;

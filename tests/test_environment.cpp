@@ -92,6 +92,20 @@ TEST(TurnedEnvironment, MixesNeighboursLinearlyBetweenPixels) {
         }
 }
 
+TEST(Backdrop, IsShownAndLightsNothing) {
+    const LatLongImage image = noise_image(16, 8, 3);
+    const Environment backdrop = as_backdrop(Environment(image));
+    for (const Rgb& pixel : backdrop.image.pixels) EXPECT_EQ(pixel, Rgb(0.0f));
+    EXPECT_TRUE(backdrop.suns.empty());
+    EXPECT_EQ(image_with_suns(backdrop).pixels, image.pixels);
+}
+
+TEST(Backdrop, RotatesAndIsExposedLikeItsEnvironment) {
+    const Environment environment(noise_image(16, 8, 4), {{Vec3f(0, 1, 0), 0.01f, Rgb(1.0f)}});
+    EXPECT_EQ(image_with_suns(turned_environment(as_backdrop(environment), pi / 2, 1)).pixels,
+              turned_environment(image_with_suns(environment), pi / 2, 1).pixels);
+}
+
 TEST(LatLongPixelSolidAngle, IsTheAreaBetweenParallelsAndAddsUpToTheSphere) {
     for (const auto& [width, height] : {std::pair(2, 1), {64, 32}, {100, 33}, {1024, 512}}) {
         double sum = 0;

@@ -259,6 +259,31 @@ TEST_F(PovrayImportTest, SceneFilesKeepCameraMaterialsAndColours) {
     }
 }
 
+TEST_F(PovrayImportTest, OnlyLightsIlluminateAFileWithoutRadiosity) {
+    const Scene& scene = imported().scene;
+    EXPECT_EQ(scene.bounces, 0);
+    EXPECT_FALSE(scene.environment.lights);
+    EXPECT_NEAR(scene.materials.at("sphere").ambient.x, 0.1, 1e-3);  // POV-Ray's default.
+    EXPECT_EQ(scene.materials.at("sphere").emission, Rgb(0.0f));
+    EXPECT_EQ(scene.materials.at("box").ambient, Rgb(0.0f));
+    EXPECT_FALSE(scene.materials.at("sphere").reflection.is_there());
+}
+
+TEST(PovrayImport, TheSkyIlluminatesAFileWithRadiosity) {
+    const std::filesystem::path file = written_scene(
+        "povray_radiosity",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1 radiosity{count 20}}\ncamera{location -9*z look_at "
+        "0}\n"
+        "background{rgb <.1,.2,.4>}\nlight_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5}}\n");
+    PovrayImport options;
+    options.detail = 24;
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    EXPECT_FALSE(imported->scene.bounces);
+    EXPECT_TRUE(imported->scene.environment.lights);
+    EXPECT_EQ(imported->scene.materials.at("sphere").ambient, Rgb(0.0f));
+}
+
 TEST_F(PovrayImportTest, PicturesAreNotMirrored) {
     const Scene& scene = imported().scene;
     EXPECT_FALSE(scene.finds_camera);

@@ -105,8 +105,8 @@ TEST(Readme, ScenePageHasTheKeysThatScenesHave) {
     std::set<std::string> documented, read;
     for (const KeyRow& row : key_rows())
         for (const std::string& key : names_in(row.keys)) documented.insert(key);
-    for (const char* root :
-         {"camera", "environment", "materials", "entities", "instances", "lights", "keyframes", "povray"})
+    for (const char* root : {"camera", "environment", "materials", "entities", "instances", "lights",
+                             "keyframes", "povray", "bounces"})
         documented.insert(root);
     const std::regex key("\\btake\\w*(?:<[^>]*>)?\\((?:\\w+, )?\"(\\w+)\"");
     for (const char* file : {"scenes/scene_reader.cpp", "scenes/lamp_reader.cpp", "scenes/povray_finish.h"}) {

@@ -1,4 +1,5 @@
 #include "scenes/scene_reader.h"
+#include "scenes/scene_writer.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -366,6 +367,33 @@ TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     EXPECT_EQ(shiny.metallic, 0);
 }
 
+TEST_F(SceneReader, KeepsLightThatIsOnlyVisible) {
+    const Result<Scene> plain = read(valid_scene);
+    ASSERT_TRUE(plain);
+    EXPECT_TRUE(plain->environment.lights);
+    EXPECT_FALSE(plain->bounces);
+    Scene scene = *plain;
+    scene.environment.lights = false;
+    scene.bounces = 3;
+    scene.lamps.emplace_back();
+    scene.lamps.back().name = "lamp";
+    scene.lamps.back().position = Vec3f(0, 5, 0);
+    scene.materials.at("cloth").ambient = Rgb(0.25f, 0.5f, 0.125f);
+    SceneMaterial& finished = scene.materials.at("lacquer");
+    finished = {};
+    finished.convention = LobeConvention::povray;
+    finished.pigment = Rgb(0.5f);
+    finished.diffuse = Rgb(0.25f);
+    finished.ambient = Rgb(0.125f);
+    const Result<Scene> again = read(scene_text(scene, folder_));
+    ASSERT_TRUE(again) << again.error().message();
+    EXPECT_FALSE(again->environment.lights);
+    EXPECT_EQ(again->bounces, 3);
+    EXPECT_EQ(again->materials.at("cloth").ambient, Rgb(0.25f, 0.5f, 0.125f));
+    EXPECT_EQ(again->materials.at("cloth").emission, Rgb(0.0f));
+    EXPECT_EQ(again->materials.at("lacquer").ambient, Rgb(0.125f));
+}
+
 TEST_F(SceneReader, ErrorsNameThePlaceTheFoundAndTheExpectedValue) {
     EXPECT_EQ(message_with("vertical_fov = 35.0", "vertical_fov = 190"),
               "room.toml:4:16: camera.vertical_fov is 190; expected [0.01, 179]");
@@ -450,8 +478,8 @@ TEST_F(SceneReader, RefusesInvalidScenes) {
                   "or"},
              Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { brilliance = 2 }",
                   "19:25: materials.cloth.finish.brilliance is 2; expected 1"},
-             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { ambient = 0.1 }",
-                  "19:12: materials.cloth.finish.ambient is not known"},
+             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { crand = 0.1 }",
+                  "19:12: materials.cloth.finish.crand is not known"},
              Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { roughness = 0.0001 }",
                   "19:24: materials.cloth.finish.roughness is 0.0001; expected [0.0005, 1]"},
              Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { metallic = 1.5 }",

@@ -166,6 +166,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     HF_TRY_DONE(check_bake(render.bake));
     const std::filesystem::path output = options.output;
     HF_TRY(Scene scene, opened_scene(options.scene));
+    apply_bounces(scene, render.shading.bounces);
     HF_TRY(Environment environment, opened_environment(scene, context));
     if (render.bake.error) render.entities.fields = search_fields(scene, render.shading.occlusion);
     HF_TRY(const SceneEntities entities,

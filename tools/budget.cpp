@@ -147,9 +147,11 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
     expose_room(scene, entities, environment, context);
     const ShadedScene shaded = shaded_scene(scene, entities, environment);
+    RenderSettings settings = options.render.shading;
+    apply_bounces(scene, settings.bounces);
     Preview preview;
     const auto pixels = preview.points(scene.camera, preview_instances(shaded));
-    HF_TRY(SceneBudget budget, scene_budget(entities, shaded, options.render.shading, options.points, pixels,
+    HF_TRY(SceneBudget budget, scene_budget(entities, shaded, settings, options.points, pixels,
                                             context.progress, options.samples));
     report_entries(budget.entries, context);
     context.report["vertices"] = budget.vertices.size();

@@ -28,6 +28,7 @@ Result<std::vector<Environment>> opened_environments(const Scene& scene, const R
         scenes.push_back(scene);
         scenes.back().environment.image = file;
         scenes.back().environment.sky.reset();
+        scenes.back().environment.lights = true;
     }
     if (scenes.empty()) scenes.push_back(scene);
     for (const Scene& lit : scenes) {
@@ -206,6 +207,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     for (const Environment& environment : stage.environments)
         stage.backgrounds.push_back(image_with_suns(environment));
     stage.settings = options.render.shading;
+    apply_bounces(stage.scene, stage.settings.bounces);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
     TexturedSession relight(shaded_scene(stage.scene, entities, stage.environments[0]), surfaces_of(entities),

@@ -78,6 +78,7 @@ Result<Scene> opened_scene(const SceneOptions& options) {
     if (!options.environment.empty()) {
         scene->environment.image = options.environment;
         scene->environment.sky.reset();
+        scene->environment.lights = true;
     }
     if (options.exposure == automatic)
         scene->environment.exposure.reset();

@@ -1,4 +1,5 @@
 #include "fields/file/input_file.h"
+#include "scenes/scene_shading.h"
 #include "tools/number_option.h"
 #include "tools/view/page_files.h"
 #include "tools/view/view_server.h"
@@ -139,10 +140,12 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     LightShelf shelf(scene.environment, lights, output / "lights");
     ViewSettings settings;
     settings.render = options.render.shading;
+    apply_bounces(scene, settings.render.bounces);
     settings.transfer = options.render.transfer;
     settings.scene_file = file;
     settings.session = random_token();
     settings.tasks = {options.render, output, context.threads};
+    settings.tasks.render.shading.bounces = settings.render.bounces;
     settings.tasks.render.entities = entity_options(options.render, output);
     const Audience audience{[&](PageId page, const std::string& text) { server.tell(page, text); },
                             [&](const std::string& text) { server.tell_all(text); },

@@ -114,7 +114,8 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
     const float metallic = material.convention == LobeConvention::physical ? 0 : material.metallic;
     Rgb pigment = metallic > 0 ? material.pigment : material.diffuse;
     float diffuse = metallic > 0 ? diffuse_share(material) : 1;
-    if (surface.glows() && pigment == Rgb(0.0f)) {
+    const Rgb own = surface.own_radiance();
+    if (own != Rgb(0.0f) && pigment == Rgb(0.0f)) {
         pigment = Rgb(1.0f);
         diffuse = 0;
     }
@@ -125,10 +126,10 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
     }
     const float dimmest = dimmest_tint * std::max({pigment.x, pigment.y, pigment.z});
     Rgb emission(0.0f);
-    if (surface.glows())
+    if (own != Rgb(0.0f))
         for (int c = 0; c < 3; ++c) {
             pigment[c] = std::max(pigment[c], dimmest);
-            emission[c] = share * surface.emission[c] / pigment[c];
+            emission[c] = share * own[c] / pigment[c];
         }
     pigment *= colour;
     Rgb tint = highlights.tint;
@@ -138,7 +139,7 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
     }
     std::string text = fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}{}",
                                    pigment_text(pigment, image, is_mixed),
-                                   surface.glows() ? "rgb Emission_Share*" + povray_vector(emission) : "0",
+                                   own != Rgb(0.0f) ? "rgb Emission_Share*" + povray_vector(emission) : "0",
                                    share * diffuse, highlights.text(material, share));
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
     text += povray_reflection(surface.reflection, share) + " } }";
@@ -170,7 +171,8 @@ PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const T
     PovrayTexture texture;
     if (image && (own.are_there() || of_image.are_there())) texture.nothing_where = image->transmission;
     const bool is_mixed = !texture.nothing_where.empty();
-    const bool has_base = material.diffuse != Rgb(0.0f) || surface.glows() || own.are_there();
+    const bool has_base =
+        material.diffuse != Rgb(0.0f) || surface.own_radiance() != Rgb(0.0f) || own.are_there();
     const float share = has_base && of_image.are_there() ? 2 : 1;
     if (of_image.are_there()) texture.tinted = tinted_texture(material, of_image, share, *image);
     if (has_base || texture.tinted.empty())

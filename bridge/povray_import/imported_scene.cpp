@@ -25,6 +25,7 @@ constexpr std::size_t most_objects = 3000;
 constexpr std::size_t many = 8;  // Objects of one statement that become one entity.
 constexpr float mostly_transparent = 0.4f, slightly_transparent = 0.05f;
 constexpr int environment_width = 1024;
+constexpr int finer_grids = 2;  // How often the grids of objects with thin parts are doubled.
 
 /// The relation between the numbers of a scene and linear light.
 struct SceneGamma {
@@ -116,6 +117,7 @@ public:
             HF_TRY(ObjectSurfaces sampled,
                    object_surfaces(queries_, requests_, options_.object_seconds, progress_));
             surfaces = std::move(sampled.surfaces);
+            HF_TRY_DONE(sample_again(surfaces));
             for (const std::size_t slow : sampled.slow)
                 warn(survey_.objects[slow].statement,
                      fmt::format("took POV-Ray longer than {} s; left out", options_.object_seconds));
@@ -134,7 +136,7 @@ public:
             }
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
         HF_TRY(std::vector<MeasuredFinish> finishes,
-               measured_finishes(queries_, requests_, surfaces, progress_));
+               measured_finishes(queries_, requests_, surfaces, is_lit_by_lights(), progress_));
         HF_TRY_DONE(add_pigment_image(surfaces));
         set_frame(surfaces);
         HF_TRY_DONE(add_entities(surfaces, finishes));
@@ -145,12 +147,47 @@ public:
         add_lights();
         set_camera();
         if (options_.with_environment) HF_TRY_DONE(add_environment());
+        if (is_lit_by_lights()) result_.scene.bounces = 0;
         name_unused();
         return std::move(result_);
     }
 
 private:
+    /// True if only the file's lights illuminate surfaces, as in POV-Ray without radiosity. Otherwise the sky
+    /// and other surfaces do, too.
+    bool is_lit_by_lights() const {
+        const bool has_radiosity =
+            std::ranges::find(queries_.scene().unused, "radiosity", &UnusedStatement::keyword) !=
+            queries_.scene().unused.end();
+        return !has_radiosity && options_.with_environment && options_.queries.wrap.object.empty() &&
+               !survey_.lights.empty();
+    }
+
     const SceneStatement& statement(std::size_t index) const { return queries_.scene().statements[index]; }
+
+    /// Samples objects with parts thinner than a cell again, with finer grids.
+    Result<Done> sample_again(std::vector<ObjectSurface>& surfaces) {
+        for (int round = 0; round < finer_grids; ++round) {
+            std::vector<GridRequest> finer;
+            for (const ObjectSurface& surface : surfaces) {
+                const std::size_t doubtful = surface.double_edges + surface.missed_edges;
+                if (doubtful <= surface.triangles.size() / 100 + 4) continue;
+                GridRequest request = request_of(surface.object);
+                request.cells *= 2;
+                finer.push_back(request);
+            }
+            if (finer.empty()) break;
+            // Objects that take too long remain as they are.
+            HF_TRY(ObjectSurfaces sampled,
+                   object_surfaces(queries_, finer, options_.object_seconds, progress_));
+            for (ObjectSurface& surface : sampled.surfaces) {
+                const auto same = std::ranges::find(surfaces, surface.object, &ObjectSurface::object);
+                request_of(surface.object) = *std::ranges::find(finer, surface.object, &GridRequest::object);
+                *same = std::move(surface);
+            }
+        }
+        return Done{};
+    }
 
     void warn(std::size_t index, std::string_view what) {
         const SceneStatement& at = statement(index);
@@ -226,7 +263,8 @@ private:
     }
 
     void add_request(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) {
-        constexpr int fewest = 12;
+        // Fewer if there are many.
+        const int fewest = survey_.objects.size() <= 64 ? 32 : survey_.objects.size() <= 512 ? 20 : 12;
         const double longest = std::max({size.x, size.y, size.z});
         double apparent = 1;
         if (survey_.camera && !is_cut) {
@@ -256,6 +294,9 @@ private:
         for (Vec3d& axis : world_.axes) axis *= scale_;
     }
 
+    GridRequest& request_of(std::size_t object) {
+        return *std::ranges::lower_bound(requests_, object, {}, &GridRequest::object);
+    }
     bool is_cut(std::size_t object) const {
         return std::ranges::lower_bound(requests_, object, {}, &GridRequest::object)->is_cut;
     }
@@ -357,7 +398,7 @@ private:
         material.blinn = finish.specular;
         material.roughness = finish.roughness;
         material.specular = Rgb(finish.phong > 0 || finish.specular > 0 ? 1.0f : 0.0f);
-        if (finish.emission > 0) material.emission = Rgb(finish.emission);
+        (is_lit_by_lights() ? material.ambient : material.emission) = Rgb(finish.emission);
         constexpr float least_reflection = 0.02f;
         if (finish.reflection > least_reflection)
             material.reflection.at_normal = material.reflection.at_grazing =
@@ -488,6 +529,7 @@ private:
         const std::filesystem::path file = folder_ / (name_ + "_environment.exr");
         HF_TRY_DONE(write_image(environment, file));
         result_.scene.environment.image = file;
+        result_.scene.environment.lights = !is_lit_by_lights();
         return Done{};
     }
 

@@ -162,7 +162,7 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
 
 Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& queries,
                                                       std::span<const GridRequest> requests,
-                                                      std::span<const ObjectSurface> surfaces,
+                                                      std::span<const ObjectSurface> surfaces, bool ambient,
                                                       const Progress& progress) {
     std::vector<MeasuredFinish> finishes(surfaces.size());
     if (surfaces.empty()) return finishes;
@@ -203,16 +203,17 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
     const std::vector<Rgb> pigments = ObjectLattice::colours(unlit_answer, rays.size());
     // Two permutations of the colours of both lights and the sky, so that saturated pigments reflect one.
     constexpr std::array<std::array<int, 3>, 2> permutations{{{0, 1, 2}, {2, 0, 1}}};
-    std::array<std::vector<Rgb>, 2> colours;
-    for (std::size_t k = 0; k < 2; ++k) {
-        SceneQuery query = lattice.query(rays);
+    constexpr std::size_t dark = 2;  // Index of the colours without lights.
+    std::array<std::vector<Rgb>, 3> colours;
+    for (std::size_t k = 0; k < colours.size(); ++k) {
+        SceneQuery query = lattice.query(rays, ambient);
         const auto colour = [&](int channel, float value) {
             Rgb rgb(0.0f);
             rgb[channel] = value;
             return fmt::format("rgb<{},{},{}>", rgb.x, rgb.y, rgb.z);
         };
-        query.suffix += fmt::format("background{{{}}}\n", colour(permutations[k][2], 1));
-        for (std::size_t light = 0; light < 2; ++light) {
+        if (k != dark) query.suffix += fmt::format("background{{{}}}\n", colour(permutations[k][2], 1));
+        for (std::size_t light = 0; k != dark && light < 2; ++light) {
             const Vec3d place = light_directions()[light] * 1e5;
             query.suffix += fmt::format("light_source{{<{},{},{}> {} parallel point_at 0}}\n", place.x,
                                         place.y, place.z, colour(permutations[k][light], brightness));
@@ -221,9 +222,11 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
         colours[k] = ObjectLattice::colours(answer, rays.size());
     }
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        std::vector<double> diffuse, emission, reflection;
+        std::vector<double> emission;
+        std::vector<std::array<double, 2>> from_light;  // Relative to the pigment; with the cosine.
+        std::vector<std::array<double, 2>> from_sky;    // With the pigment of the sky's channel.
         std::vector<std::array<double, 2>> phong, specular;
-        double base = 0;
+        double base = 0, base_pigment = 0;
         for (std::size_t i = sightings.size(); i-- > 0;) {
             const Sighting& sighting = sightings[i];
             if (sighting.surface != s) continue;
@@ -231,24 +234,35 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
             // The permutation in which the pigment is brighter in the light's channel.
             const auto light = std::size_t(sighting.light);
             const std::size_t k = pigment[permutations[0][light]] >= pigment[permutations[1][light]] ? 0 : 1;
-            const int channel = permutations[k][light], other = permutations[k][1 - light];
+            const int channel = permutations[k][light];
             const double value = double(colours[k][i][channel]) / double(brightness);
             if (sighting.is_diffuse) {
                 base = value;
+                base_pigment = double(pigment[channel]);
                 if (pigment[channel] > 0.02f)
-                    diffuse.push_back(value / (double(pigment[channel]) * sighting.cosine));
-                if (pigment[other] > 0.02f) emission.push_back(double(colours[k][i][other] / pigment[other]));
-                reflection.push_back(double(colours[k][i][permutations[k][2]]));
+                    from_light.push_back({value / double(pigment[channel]), sighting.cosine});
+                const int brightest =
+                    static_cast<int>(std::max_element(&pigment.x, &pigment.x + 3) - &pigment.x);
+                if (pigment[brightest] > 0.02f)
+                    emission.push_back(double(colours[dark][i][brightest] / pigment[brightest]));
+                const int sky = permutations[k][2];
+                from_sky.push_back({double(colours[k][i][sky]), double(pigment[sky])});
             } else {
-                phong.push_back({sighting.mirror, value - base});
-                specular.push_back({sighting.half, value - base});
+                // Fine patterns differ between the points that neighbouring rays meet.
+                const double share = base_pigment > 0.02 ? double(pigment[channel]) / base_pigment : 1;
+                phong.push_back({sighting.mirror, value - base * share});
+                specular.push_back({sighting.half, value - base * share});
             }
         }
         MeasuredFinish& finish = finishes[s];
         finish.emission = static_cast<float>(median(emission));
         if (finish.emission < 0.004f) finish.emission = 0;
-        finish.diffuse = static_cast<float>(
-            std::clamp(median(diffuse) - double(finish.emission) / double(brightness), 0.0, 1.0));
+        std::vector<double> diffuse, reflection;
+        for (const auto& [value, cosine] : from_light)
+            diffuse.push_back((value - double(finish.emission) / double(brightness)) / cosine);
+        finish.diffuse = static_cast<float>(std::clamp(median(diffuse), 0.0, 1.0));
+        for (const auto& [value, pigment] : from_sky)
+            reflection.push_back(value - double(finish.emission) * pigment);
         finish.reflection = static_cast<float>(std::max(0.0, median(reflection)));
         std::vector<double> peaks;
         for (const auto& [cosine, value] : phong)

@@ -54,7 +54,7 @@ ObjectLattice::ObjectLattice(std::span<const GridRequest> requests, std::span<co
     }
 }
 
-SceneQuery ObjectLattice::query(int width, int height, const std::string& camera) const {
+SceneQuery ObjectLattice::query(int width, int height, const std::string& camera, bool ambient) const {
     SceneQuery query;
     std::vector<std::size_t> rows(frames_.empty() ? 1 : requests_.back().object + 1, 0);
     std::string text, choice;
@@ -75,19 +75,20 @@ SceneQuery ObjectLattice::query(int width, int height, const std::string& camera
         "#end #end";
     query.width = width;
     query.height = height;
-    query.suffix =
-        "\n#version 3.7;\nglobal_settings{adc_bailout 0 max_trace_level 6 ambient_light 0}\n" + camera;
+    query.suffix = fmt::format("\n#version 3.7;\nglobal_settings{{adc_bailout 0 max_trace_level 6 {}}}\n{}",
+                               ambient ? "" : "ambient_light 0", camera);
     return query;
 }
 
-SceneQuery ObjectLattice::query(std::span<const ProbeRay> rays) const {
+SceneQuery ObjectLattice::query(std::span<const ProbeRay> rays, bool ambient) const {
     std::string triangles;
     for (const ProbeRay& ray : rays) add_triangle(placed(ray.surface, ray.start), ray.direction, triangles);
     // Rows of the picture must be full.
     for (std::size_t i = rays.size(); i % columns != 0; ++i)
         add_triangle(placed(rays.back().surface, rays.back().start), rays.back().direction, triangles);
     return query(columns, static_cast<int>((rays.size() + columns - 1) / columns) + 1,
-                 "camera{mesh_camera{1 0 mesh{\n" + triangles + "}} location<0,0,0> direction<0,0,-1>}\n");
+                 "camera{mesh_camera{1 0 mesh{\n" + triangles + "}} location<0,0,0> direction<0,0,-1>}\n",
+                 ambient);
 }
 
 std::vector<Rgb> ObjectLattice::colours(const SceneAnswer& answer, std::size_t count) {

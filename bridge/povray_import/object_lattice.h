@@ -27,10 +27,11 @@ public:
 
     /// Returns a query that renders a picture of the lattice.
     ///
-    /// camera  a camera statement, and declarations.
-    SceneQuery query(int width, int height, const std::string& camera) const;
+    /// camera   a camera statement, and declarations.
+    /// ambient  with the scene's ambient light.
+    SceneQuery query(int width, int height, const std::string& camera, bool ambient = false) const;
     /// Returns a query that renders a colour for each ray. There is at least one ray.
-    SceneQuery query(std::span<const ProbeRay> rays) const;
+    SceneQuery query(std::span<const ProbeRay> rays, bool ambient = false) const;
     /// Returns the colours of the rays. POV-Ray's first row repeats the second.
     static std::vector<Rgb> colours(const SceneAnswer& answer, std::size_t count);
 

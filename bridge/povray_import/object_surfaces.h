@@ -80,21 +80,23 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
 /// The finish of an object as far as haarfield has it.
 struct MeasuredFinish {
     float diffuse = 0;                 ///< Factor of the pigment.
-    float emission = 0;                ///< Factor of the pigment, without ambient light.
+    float emission = 0;                ///< Factor of the pigment.
     float phong = 0, phong_size = 40;  ///< As POV-Ray's. At most one of phong and specular is not 0.
     float specular = 0, roughness = 0.05f;
     float reflection = 0;  ///< Of a uniform sky near normal incidence.
 };
 
-/// Measures finishes under two coloured lights, from eight viewing directions at up to 16 points per object.
+/// Measures finishes without light and under two coloured lights, from eight viewing directions at up to 16
+/// points per object.
 ///
+/// ambient   the emission contains the scene's ambient light.
 /// returns   a finish for each surface.
 /// accuracy  1 % of diffuse; 2 % of the others.
 /// errors    those of SceneQueries::answer.
-/// cost      three runs of POV-Ray.
+/// cost      four runs of POV-Ray.
 Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& queries,
                                                       std::span<const GridRequest> requests,
-                                                      std::span<const ObjectSurface> surfaces,
+                                                      std::span<const ObjectSurface> surfaces, bool ambient,
                                                       const Progress& progress = {});
 
 }  // namespace haarfield

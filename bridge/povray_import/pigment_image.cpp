@@ -16,7 +16,7 @@ constexpr double texels_per_width = 900;   // Of the camera's picture, at the ne
 constexpr double texels_per_object = 400;  // Along its longest side, without a camera.
 constexpr double factor_outside = 16;      // Of texels' sizes outside the picture.
 constexpr double least_cosine = 0.1;
-constexpr double finest = 1e-4;  // Texels' least size relative to their object.
+constexpr double finest = 1e-6;  // Texels' least size relative to their object.
 constexpr std::array<float, 3> no_surface{0.8125f, 0.1875f, 0.4375f};  // A background that no pigment has.
 
 /// Tests whether a point is in the picture or near its border.

@@ -98,6 +98,7 @@ LatLongImage turned_environment(LatLongImage image, double rotation, double expo
 
 Environment turned_environment(Environment environment, double rotation, double exposure) {
     environment.image = turned_environment(std::move(environment.image), rotation, exposure);
+    environment.backdrop = turned_environment(std::move(environment.backdrop), rotation, exposure);
     const double cosine = std::cos(rotation), sine = std::sin(rotation);
     for (SunDisc& sun : environment.suns) {
         const Vec3d d(sun.direction);
@@ -124,7 +125,14 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) 
     return directions;
 }
 
+Environment as_backdrop(Environment environment) {
+    Environment dark(LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))});
+    dark.backdrop = image_with_suns(std::move(environment));
+    return dark;
+}
+
 LatLongImage image_with_suns(Environment environment) {
+    if (!environment.backdrop.pixels.empty()) return std::move(environment.backdrop);
     LatLongImage image = std::move(environment.image);
     constexpr int samples = 8192;
     for (const SunDisc& sun : environment.suns)

@@ -32,6 +32,8 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn =
 struct Environment {
     LatLongImage image;
     std::vector<SunDisc> suns;
+    /// What pictures show instead of the image and the suns; it lights nothing. Empty: they show both.
+    LatLongImage backdrop{};
 
     Environment() = default;
     /// Converts an image to an environment.
@@ -39,10 +41,12 @@ struct Environment {
         : image(std::move(of)), suns(std::move(discs)) {}
 };
 
-/// Returns the environment as one image, with the energy of the discs spread over the pixels that they cover.
-/// For backgrounds, and for light that need not be sharp. An environment that is moved in is changed in
-/// place.
+/// Returns the environment as pictures show it: its backdrop, or one image, with the energy of the discs
+/// spread over the pixels that they cover. An environment that is moved in is changed in place.
 LatLongImage image_with_suns(Environment environment);
+
+/// Returns a black environment whose backdrop is the given one.
+Environment as_backdrop(Environment environment);
 
 /// Returns the unevenness of an image's light: the root mean square of its luminance over its mean, over all
 /// directions. 1 for uniform or black images.
@@ -64,7 +68,7 @@ EnvironmentFindings clean_environment(LatLongImage& image);
 /// one pass over the pixels, none if nothing changes; an image that is moved in is changed in place.
 LatLongImage turned_environment(LatLongImage image, double rotation, double exposure);
 
-/// Rotates and exposes an environment with its discs.
+/// Rotates and exposes an environment with its discs and its backdrop.
 Environment turned_environment(Environment environment, double rotation, double exposure);
 
 /// Returns the radiance from a direction (of any nonzero length), interpolated between pixels.

@@ -8,17 +8,14 @@
 
 namespace haarfield {
 
-Environment mixed_environment(const Environment& first, const Environment& second, float share) {
-    assert(share >= 0 && share <= 1);
-    if (share <= 0) return first;
-    if (share >= 1) return second;
-    const bool first_is_finer = first.image.pixels.size() >= second.image.pixels.size();
-    const LatLongImage &fine = first_is_finer ? first.image : second.image,
-                       &other = first_is_finer ? second.image : first.image;
+namespace {
+
+LatLongImage mixed_image(const LatLongImage& first, const LatLongImage& second, float share) {
+    const bool first_is_finer = first.pixels.size() >= second.pixels.size();
+    const LatLongImage &fine = first_is_finer ? first : second, &other = first_is_finer ? second : first;
     const float fine_share = first_is_finer ? 1 - share : share, other_share = 1 - fine_share;
     const bool is_same_size = fine.width == other.width && fine.height == other.height;
-    Environment mixed;
-    mixed.image = fine;
+    LatLongImage mixed = fine;
     tbb::parallel_for(0, fine.height, [&](int row) {
         for (int column = 0; column < fine.width; ++column) {
             const std::size_t pixel = std::size_t(row) * std::size_t(fine.width) + std::size_t(column);
@@ -26,9 +23,21 @@ Environment mixed_environment(const Environment& first, const Environment& secon
                                   ? other.pixels[pixel]
                                   : radiance_from(other, lat_long_direction((column + 0.5) / fine.width,
                                                                             (row + 0.5) / fine.height));
-            mixed.image.pixels[pixel] = fine.pixels[pixel] * fine_share + there * other_share;
+            mixed.pixels[pixel] = fine.pixels[pixel] * fine_share + there * other_share;
         }
     });
+    return mixed;
+}
+
+}  // namespace
+
+Environment mixed_environment(const Environment& first, const Environment& second, float share) {
+    assert(share >= 0 && share <= 1);
+    if (share <= 0) return first;
+    if (share >= 1) return second;
+    Environment mixed(mixed_image(first.image, second.image, share));
+    if (!first.backdrop.pixels.empty() || !second.backdrop.pixels.empty())
+        mixed.backdrop = mixed_image(image_with_suns(first), image_with_suns(second), share);
     for (const auto& [light, of] : {std::pair(&first, 1 - share), std::pair(&second, share)})
         for (SunDisc sun : light->suns) {
             sun.irradiance *= of;

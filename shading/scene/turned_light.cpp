@@ -179,6 +179,8 @@ LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotat
 Environment turned_environment(const Environment& environment, const Rotation& rotation,
                                const std::stop_token& stop) {
     Environment turned{turned_environment(environment.image, rotation, stop), environment.suns};
+    if (!environment.backdrop.pixels.empty())
+        turned.backdrop = turned_environment(environment.backdrop, rotation, stop);
     for (SunDisc& sun : turned.suns) sun.direction = rotation(sun.direction);
     return turned;
 }

@@ -11,6 +11,7 @@
 #include "fields/base/srgb.h"
 #include "fields/model/mesh_reader.h"
 #include "scenes/scene_camera.h"
+#include "scenes/texture.h"
 #include "tests/studies/study.h"
 
 namespace haarfield::baseline {
@@ -97,10 +98,30 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
         HF_TRY(ImportedMesh mesh, read_mesh(entity.mesh, with_colours));
         meshes.push_back(std::move(mesh));
     }
+    // Pigments are vertex colours, or an image.
+    std::vector<Surface> plain(1), imaged(1);
+    std::vector<std::vector<Rgb>> colours;
+    for (const auto& [name, material] : scene.materials)
+        if (!material.image.empty() && !imaged[0].texture) {
+            TextureSource source;
+            source.image.file = material.image;
+            HF_TRY(Texture texture, read_texture(source));
+            imaged[0].texture = std::make_shared<const Texture>(std::move(texture));
+        }
+    for (const ImportedMesh& mesh : meshes)
+        colours.push_back(mesh.mesh.uvs.empty() ? mesh.mesh.colours
+                                                : std::vector<Rgb>(mesh.mesh.positions.size(), Rgb(1.0f)));
     std::vector<BakedInstance> instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const Mesh& mesh = meshes[scene.instances[i].entity].mesh;
-        instances.push_back({fmt::format("i{}", i), &mesh, scene.instances[i].placement, mesh.colours});
+        const std::size_t entity = scene.instances[i].entity;
+        const Mesh& mesh = meshes[entity].mesh;
+        instances.push_back(
+            {fmt::format("i{}", i),
+             &mesh,
+             scene.instances[i].placement,
+             colours[entity],
+             {},
+             mesh.uvs.empty() ? std::span<const Surface>(plain) : std::span<const Surface>(imaged)});
     }
     Camera camera = scene.camera;
     camera.width = width;

@@ -76,6 +76,7 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
                                                   : BakedVertices::fine);
     const PreparedScene& prepared = *made->prepared;
     choices.shading.face_size = prepared.face_size;
+    apply_bounces(prepared.scene, choices.shading.bounces);
     made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
@@ -210,6 +211,7 @@ py::list budget(PythonScene& scene, std::size_t points, const py::object& progre
     RenderSettings settings = render_choices(options, measuring, "Scene.budget").shading;
     const auto prepared = prepare(scene, progress);
     settings.face_size = prepared->face_size;
+    apply_bounces(prepared->scene, settings.bounces);
     const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
         const ShadedScene shaded =
             shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment);

@@ -434,6 +434,7 @@ existing arrays keep their values. As in bakes, they do not include the images o
             RenderChoices choices = render_choices(options, varying, "Scene.session");
             const auto prepared = prepare(*self, progress);
             choices.shading.face_size = prepared->face_size;
+            apply_bounces(prepared->scene, choices.shading.bounces);
             return std::make_unique<PythonSession>(self, prepared, choices.shading, choices.transfer);
         },
         py::arg("progress") = py::none(),
