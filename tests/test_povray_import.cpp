@@ -116,6 +116,17 @@ TEST(DualContour, BoxesKeepTheirEdgesAndCorners) {
     EXPECT_LT(nearest, 1e-3);
 }
 
+TEST(DualContour, RoundEdgesHaveNoNotches) {
+    const auto distance = [](const Vec3d& p) {  // A cone on a cap.
+        const double up = p.y - 2.1, side = std::hypot(p.x - 12.05, p.z - 11.9) - (8 - up * 0.4);
+        return std::max({side / std::hypot(1.0, 0.4), -up, up - 15});
+    };
+    const ContouredMesh mesh = dual_contour(crossed(24, distance));
+    EXPECT_EQ(open_edges(mesh), 0u);
+    for (const Vec3f& p : mesh.positions)
+        EXPECT_NEAR(distance(Vec3d(p)), 0, 0.12) << p.x << ' ' << p.y << ' ' << p.z;
+}
+
 TEST(DualContour, SheetsAreOpen) {
     CrossedGrid grid;
     grid.cells.fill(8);

@@ -45,14 +45,32 @@ struct EdgeCrossing {
     bool has_normal = true;
 };
 
-/// Returns the point that minimises the distances to the planes of the crossings, from their mean.
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+/// Returns the minimum of x (matrix x / 2 - right) between two corners, by coordinates.
+Vec3d bounded_minimum(const Matrix& matrix, const Vec3d& right, double stiffness, const Vec3d& lower,
+                      const Vec3d& upper) {
+    constexpr int steps = 40;
+    Vec3d x(0, 0, 0);
+    for (int step = 0; step < steps; ++step)
+        for (std::size_t r = 0; r < 3; ++r) {
+            double slope = right[int(r)];
+            for (std::size_t c = 0; c < 3; ++c)
+                if (c != r) slope -= matrix[r][c] * x[int(c)];
+            x[int(r)] = std::clamp(slope / (matrix[r][r] + stiffness), lower[int(r)], upper[int(r)]);
+        }
+    return x;
+}
+
+/// Returns the point in or near the cell that minimises the distances to the planes of the crossings, from
+/// their mean.
 Vec3d common_point(const std::vector<EdgeCrossing>& crossings, const Vec3d& cell) {
-    constexpr double smallest = 0.05;  // Of the largest eigenvalue.
-    constexpr double margin = 0.1;     // How far the point may leave the cell.
+    constexpr double smallest = 0.05;                     // Of the largest eigenvalue.
+    constexpr double margin = 0.1, widest_margin = 0.25;  // How far the point may leave the cell.
     Vec3d mean(0, 0, 0);
     for (const EdgeCrossing& crossing : crossings) mean += crossing.point;
     mean /= static_cast<double>(crossings.size());
-    std::array<std::array<double, 3>, 3> matrix{};
+    Matrix matrix{};
     Vec3d right(0, 0, 0);
     for (const EdgeCrossing& crossing : crossings) {
         if (!crossing.has_normal) continue;
@@ -67,9 +85,15 @@ Vec3d common_point(const std::vector<EdgeCrossing>& crossings, const Vec3d& cell
     for (std::size_t k = 0; k < 3; ++k)
         if (eigen.values[k] > smallest * largest && eigen.values[k] > 0)
             point += eigen.vectors[k] * (eigen.vectors[k].dot(right) / eigen.values[k]);
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(point[axis] > cell[axis] - margin && point[axis] < cell[axis] + 1 + margin)) return mean;
-    return point;
+    const auto is_near = [&](int axis) {
+        return point[axis] > cell[axis] - margin && point[axis] < cell[axis] + 1 + margin;
+    };
+    if (is_near(0) && is_near(1) && is_near(2)) return point;
+    // A sharp edge that passes outside: the nearest point to its planes that the cell allows.
+    if (!(largest > 0)) return mean;
+    constexpr double stiffness = 1e-3;
+    return mean + bounded_minimum(matrix, right, stiffness * largest, cell - Vec3d(widest_margin) - mean,
+                                  cell + Vec3d(1 + widest_margin) - mean);
 }
 
 /// The edges of a cell: those along axis a have the numbers 4 a to 4 a + 3, by their offsets along the next
