@@ -280,6 +280,20 @@ TEST_F(PovrayImportTest, OnlyLightsIlluminateAFileWithoutRadiosity) {
     EXPECT_FALSE(scene.materials.at("sphere").reflection.is_there());
 }
 
+TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
+    const std::filesystem::path file = written_scene(
+        "povray_room",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -2*z look_at 0}\n"
+        "light_source{<0,2,0> rgb 1}\nbox{-3,3 pigment{rgb .5}}\nsphere{0,1 pigment{rgb .5}}\n");
+    PovrayImport options;
+    options.detail = 24;
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    for (const Entity& entity : imported->scene.entities)
+        EXPECT_EQ(entity.faces, entity.name == "box" ? ClosedFaces::inwards : ClosedFaces::outwards)
+            << entity.name;
+}
+
 TEST(PovrayImport, TheSkyIlluminatesAFileWithRadiosity) {
     const std::filesystem::path file = written_scene(
         "povray_radiosity",

@@ -239,7 +239,7 @@ Result<Done> write_with_background(const Image& objects, const std::filesystem::
                                    const std::filesystem::path& exr, const PovrayOptions& options,
                                    const Progress& progress) {
     PovrayOptions behind = options;
-    behind.declarations.push_back(background_only);
+    behind.declarations.emplace_back(background_only);
     HF_TRY(const RenderedScene background, rendered_scene(scene, behind, {{}, progress.stop}));
     HF_TRY_DONE(write_image(objects, exr));
     return write_image(over(objects, background.image), std::filesystem::path(exr).replace_extension(".png"));
@@ -248,7 +248,7 @@ Result<Done> write_with_background(const Image& objects, const std::filesystem::
 Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
                                    const PovrayOptions& options, const Progress& progress) {
     PovrayOptions objects = options;
-    objects.declarations.push_back(without_background);
+    objects.declarations.emplace_back(without_background);
     Result<RenderedScene> rendered = rendered_scene(scene, objects, progress);
     if (!rendered) return rendered;
     HF_TRY_DONE(write_with_background(rendered->image, scene, exr, options, progress));

@@ -455,6 +455,23 @@ private:
         });
     }
 
+    /// Tests whether the camera is in the interior of a closed surface: POV-Ray shows walls from both sides.
+    bool has_camera_inside(const ObjectSurface& surface) const {
+        if (!survey_.camera) return false;
+        const Vec3d from = world_.point(survey_.camera->position), direction(0.57, 0.31, 0.76);
+        bool is_inside = false;
+        for (const auto& [a, b, c] : surface.triangles) {
+            const Vec3d p(surface.positions[a]), u = Vec3d(surface.positions[b]) - p,
+                v = Vec3d(surface.positions[c]) - p, across = direction.cross(v), to = from - p;
+            const double determinant = u.dot(across);
+            if (determinant == 0) continue;
+            const Vec3d along = to.cross(u);
+            const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant;
+            if (s >= 0 && t >= 0 && s + t < 1 && v.dot(along) / determinant > 0) is_inside = !is_inside;
+        }
+        return is_inside;
+    }
+
     /// Writes a mesh, and adds an entity with one instance.
     Result<Done> add_mesh(const std::string& name, const std::string& material, const ObjectSurface& surface,
                           bool is_flat) {
@@ -463,6 +480,7 @@ private:
         entity.mesh = folder_ / fmt::format("{}_{}.ply", name_, name);
         entity.material = material;
         if (is_flat) entity.coarse_triangles = RenderSettings().exact_triangles;
+        if (!is_cut(surface.object) && has_camera_inside(surface)) entity.faces = ClosedFaces::inwards;
         HF_TRY_DONE(write_surface_ply(entity.mesh, surface));
         Instance instance;
         instance.entity = result_.scene.entities.size();
