@@ -280,6 +280,28 @@ TEST_F(PovrayImportTest, OnlyLightsIlluminateAFileWithoutRadiosity) {
     EXPECT_FALSE(scene.materials.at("sphere").reflection.is_there());
 }
 
+TEST(PovrayImport, BroadHighlightsAndSaturatedPigmentsAreMeasured) {
+    const std::filesystem::path file =
+        written_scene("povray_finish",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\n"
+                      "torus{2,.6 rotate x*50 pigment{rgb <.9,.75,.2>} finish{specular .4 roughness .06}}\n"
+                      "sphere{0,1 pigment{rgb <0,.9,0>} finish{diffuse .7 ambient .2}}\n");
+    PovrayImport options;
+    options.detail = 32;
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    const SceneMaterial &torus = imported->scene.materials.at("torus"),
+                        &sphere = imported->scene.materials.at("sphere");
+    EXPECT_NEAR(torus.blinn, 0.4, 0.02);
+    EXPECT_NEAR(torus.roughness, 0.06, 0.006);
+    EXPECT_NEAR(torus.diffuse.x, 0.6, 0.012);
+    EXPECT_EQ(torus.phong, 0);
+    EXPECT_NEAR(sphere.diffuse.y, 0.7, 0.007);
+    EXPECT_NEAR(sphere.ambient.y, 0.2, 0.002);
+    EXPECT_FALSE(sphere.reflection.is_there());
+}
+
 TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
     const std::filesystem::path file = written_scene(
         "povray_room",

@@ -263,8 +263,9 @@ private:
     }
 
     void add_request(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) {
-        // Fewer if there are many.
-        const int fewest = survey_.objects.size() <= 64 ? 32 : survey_.objects.size() <= 512 ? 20 : 12;
+        // Some 60,000 vertices for all objects.
+        const double share = 10000.0 / static_cast<double>(survey_.objects.size());
+        const int fewest = std::clamp(static_cast<int>(std::sqrt(share)), 12, 32);
         const double longest = std::max({size.x, size.y, size.z});
         double apparent = 1;
         if (survey_.camera && !is_cut) {
@@ -462,7 +463,8 @@ private:
         bool is_inside = false;
         for (const auto& [a, b, c] : surface.triangles) {
             const Vec3d p(surface.positions[a]), u = Vec3d(surface.positions[b]) - p,
-                v = Vec3d(surface.positions[c]) - p, across = direction.cross(v), to = from - p;
+                                                 v = Vec3d(surface.positions[c]) - p,
+                                                 across = direction.cross(v), to = from - p;
             const double determinant = u.dot(across);
             if (determinant == 0) continue;
             const Vec3d along = to.cross(u);

@@ -66,29 +66,52 @@ struct Sighting {
     bool is_diffuse;  ///< Far from the mirror direction.
 };
 
-/// A straight line through the logarithms: value = weight * cosine^exponent.
-struct PowerFit {
-    double weight = 0, exponent = 0, residual = INFINITY;
+/// The difference between two views of a point that differ in specular light: `value` is
+/// weight * (cosine^exponent - share * base^exponent).
+struct LobeSample {
+    double cosine, base, share, value;
 };
 
-PowerFit power_fit(const std::vector<std::array<double, 2>>& cosine_and_value) {
-    double largest = 0;
-    for (const auto& [cosine, value] : cosine_and_value) largest = std::max(largest, value);
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
-    for (const auto& [cosine, value] : cosine_and_value) {
-        if (!(value > 0.03 * largest) || !(cosine > 0)) continue;
-        const double x = std::log(cosine), y = std::log(value), w = value / largest;
-        n += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y, syy += w * y * y;
+/// A specular lobe: weight * cosine^exponent.
+struct FittedLobe {
+    double weight = 0, exponent = 1, residual = INFINITY;
+};
+
+FittedLobe lobe_with(std::span<const LobeSample> samples, double exponent) {
+    double along = 0, square = 0, values = 0;
+    const auto shape = [&](const LobeSample& sample) {
+        return std::pow(std::max(0.0, sample.cosine), exponent) -
+               sample.share * std::pow(std::max(0.0, sample.base), exponent);
+    };
+    for (const LobeSample& sample : samples) {
+        const double f = shape(sample);
+        along += f * sample.value;
+        square += f * f;
+        values += sample.value * sample.value;
     }
-    PowerFit fit;
-    const double spread = n * sxx - sx * sx;
-    if (n < 1 || spread <= 1e-14) return fit;
-    fit.exponent = (n * sxy - sx * sy) / spread;
-    const double level = (sy - fit.exponent * sx) / n;
-    fit.weight = std::exp(level);
-    fit.residual = syy + n * level * level + fit.exponent * fit.exponent * sxx - 2 * level * sy -
-                   2 * fit.exponent * sxy + 2 * level * fit.exponent * sx;
-    return fit;
+    FittedLobe lobe{square > 0 ? std::max(0.0, along / square) : 0, exponent, 0};
+    lobe.residual = values - lobe.weight * (2 * along - lobe.weight * square);
+    return lobe;
+}
+
+/// Returns the lobe with the least squares of errors; exponents from 1 to `largest`.
+FittedLobe fitted_lobe(std::span<const LobeSample> samples, double largest) {
+    constexpr int steps = 60, halvings = 24;
+    const double ratio = std::pow(largest, 1.0 / steps);
+    FittedLobe best;
+    const auto try_exponent = [&](double exponent) {
+        const FittedLobe lobe = lobe_with(samples, std::clamp(exponent, 1.0, largest));
+        if (lobe.residual < best.residual) best = lobe;
+    };
+    for (int step = 0; step <= steps; ++step) try_exponent(std::pow(ratio, step));
+    double reach = ratio;
+    for (int k = 0; k < halvings; ++k) {
+        const double middle = best.exponent;
+        reach = std::sqrt(reach);
+        try_exponent(middle / reach);
+        try_exponent(middle * reach);
+    }
+    return best;
 }
 
 /// Measures the pigments of the vertices.
@@ -183,14 +206,14 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
                 ++chosen[std::size_t(light)];
                 const Vec3d mirror = normal * (2 * cosine) - towards;
                 const Vec3d aside = (normal - mirror * normal.dot(mirror)).normalized();
-                for (const double degrees : {0.0, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 75.0}) {
+                for (const double degrees : {0.0, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 40.0, 58.0, 75.0}) {
                     const double angle = degrees * pi / 180;
                     const Vec3d view = mirror * std::cos(angle) + aside * std::sin(angle);
                     rays.push_back(
                         {s, place + view * (ObjectLattice::start_distance / std::max(0.2, view.dot(normal))),
                          -view});
                     const Vec3d half = (view + towards).normalized();
-                    sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 60});
+                    sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 70});
                 }
             }
         }
@@ -222,11 +245,15 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
         colours[k] = ObjectLattice::colours(answer, rays.size());
     }
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        struct DiffuseView {
+            double value, pigment, cosine, mirror, half;
+        };
         std::vector<double> emission;
-        std::vector<std::array<double, 2>> from_light;  // Relative to the pigment; with the cosine.
-        std::vector<std::array<double, 2>> from_sky;    // With the pigment of the sky's channel.
-        std::vector<std::array<double, 2>> phong, specular;
-        double base = 0, base_pigment = 0;
+        std::vector<DiffuseView> from_light;
+        std::vector<std::array<double, 2>> from_sky;  // With the pigment of the sky's channel.
+        std::vector<LobeSample> about_mirror, about_half;
+        std::vector<double> peaks;
+        DiffuseView base{};
         for (std::size_t i = sightings.size(); i-- > 0;) {
             const Sighting& sighting = sightings[i];
             if (sighting.surface != s) continue;
@@ -237,10 +264,8 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
             const int channel = permutations[k][light];
             const double value = double(colours[k][i][channel]) / double(brightness);
             if (sighting.is_diffuse) {
-                base = value;
-                base_pigment = double(pigment[channel]);
-                if (pigment[channel] > 0.02f)
-                    from_light.push_back({value / double(pigment[channel]), sighting.cosine});
+                base = {value, double(pigment[channel]), sighting.cosine, sighting.mirror, sighting.half};
+                if (pigment[channel] > 0.02f) from_light.push_back(base);
                 const int brightest =
                     static_cast<int>(std::max_element(&pigment.x, &pigment.x + 3) - &pigment.x);
                 if (pigment[brightest] > 0.02f)
@@ -249,33 +274,42 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
                 from_sky.push_back({double(colours[k][i][sky]), double(pigment[sky])});
             } else {
                 // Fine patterns differ between the points that neighbouring rays meet.
-                const double share = base_pigment > 0.02 ? double(pigment[channel]) / base_pigment : 1;
-                phong.push_back({sighting.mirror, value - base * share});
-                specular.push_back({sighting.half, value - base * share});
+                const double share = base.pigment > 0.02 ? double(pigment[channel]) / base.pigment : 1,
+                             difference = value - base.value * share;
+                about_mirror.push_back({sighting.mirror, base.mirror, share, difference});
+                about_half.push_back({sighting.half, base.half, share, difference});
+                if (sighting.mirror > 0.99999) peaks.push_back(difference);
             }
         }
         MeasuredFinish& finish = finishes[s];
         finish.emission = static_cast<float>(median(emission));
         if (finish.emission < 0.004f) finish.emission = 0;
-        std::vector<double> diffuse, reflection;
-        for (const auto& [value, cosine] : from_light)
-            diffuse.push_back((value - double(finish.emission) / double(brightness)) / cosine);
-        finish.diffuse = static_cast<float>(std::clamp(median(diffuse), 0.0, 1.0));
+        std::vector<double> reflection;
         for (const auto& [value, pigment] : from_sky)
             reflection.push_back(value - double(finish.emission) * pigment);
         finish.reflection = static_cast<float>(std::max(0.0, median(reflection)));
-        std::vector<double> peaks;
-        for (const auto& [cosine, value] : phong)
-            if (cosine > 0.99999) peaks.push_back(value);
-        if (median(peaks) < 0.005) continue;
-        const PowerFit about_mirror = power_fit(phong), about_half = power_fit(specular);
-        if (about_mirror.residual <= about_half.residual) {
-            finish.phong = static_cast<float>(std::clamp(about_mirror.weight, 0.0, 100.0));
-            finish.phong_size = static_cast<float>(std::clamp(about_mirror.exponent, 1.0, 1000.0));
+        constexpr double least_peak = 0.005;
+        const bool is_dull = median(peaks) < least_peak;
+        const FittedLobe phong = is_dull ? FittedLobe() : fitted_lobe(about_mirror, 1000),
+                         specular = is_dull ? FittedLobe() : fitted_lobe(about_half, 2000);
+        const bool is_phong = phong.residual <= specular.residual;
+        std::vector<double> diffuse;
+        for (const DiffuseView& view : from_light) {
+            const double light =
+                is_phong ? phong.weight * std::pow(std::max(0.0, view.mirror), phong.exponent)
+                         : specular.weight * std::pow(std::max(0.0, view.half), specular.exponent);
+            diffuse.push_back(
+                ((view.value - light) / view.pigment - double(finish.emission) / double(brightness)) /
+                view.cosine);
+        }
+        finish.diffuse = static_cast<float>(std::clamp(median(diffuse), 0.0, 1.0));
+        if (is_dull) continue;
+        if (is_phong) {
+            finish.phong = static_cast<float>(std::min(phong.weight, 100.0));
+            finish.phong_size = static_cast<float>(phong.exponent);
         } else {
-            finish.specular = static_cast<float>(std::clamp(about_half.weight, 0.0, 100.0));
-            finish.roughness =
-                static_cast<float>(std::clamp(1 / std::max(about_half.exponent, 1e-3), 0.0005, 1.0));
+            finish.specular = static_cast<float>(std::min(specular.weight, 100.0));
+            finish.roughness = static_cast<float>(1 / specular.exponent);
         }
     }
     return finishes;

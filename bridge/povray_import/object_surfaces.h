@@ -86,7 +86,7 @@ struct MeasuredFinish {
     float reflection = 0;  ///< Of a uniform sky near normal incidence.
 };
 
-/// Measures finishes without light and under two coloured lights, from eight viewing directions at up to 16
+/// Measures finishes without light and under two coloured lights, from eleven viewing directions at up to 16
 /// points per object.
 ///
 /// ambient   the emission contains the scene's ambient light.
