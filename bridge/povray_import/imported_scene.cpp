@@ -406,7 +406,7 @@ private:
                 Rgb(std::min(finish.reflection, 1.0f));
         result_.scene.materials[name] = material;
         if (!is_cut(surface.object)) return add_mesh(name, name, surface, false);
-        // Tolerances are relative to the size of an entity: what is near is an entity of its own.
+        // Tolerances are relative to the size of an entity, so that near parts need a separate one.
         const std::vector<ObjectSurface> zones = surface_zones(surface);
         constexpr std::array<std::string_view, 3> names{"", "_around", "_far"};
         for (std::size_t zone = 0; zone < zones.size(); ++zone)

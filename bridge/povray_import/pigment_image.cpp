@@ -49,7 +49,7 @@ std::vector<float> texel_sizes(const ObjectSurface& surface, const std::optional
             const Vec3d away = (p - camera->position).normalized();
             cosine = std::min(cosine, std::abs(away.dot(Vec3d(surface.normals[triangle[c]]))));
         }
-        // What is viewed at a grazing angle appears shorter.
+        // Surfaces appear shorter at grazing angles.
         const double slant = 1 / std::sqrt(std::max(cosine, least_cosine));
         // The picture may be inside the triangle.
         is_inside = is_inside || extent > 0.3 * distance;
