@@ -178,9 +178,11 @@ private:
             }
             if (finer.empty()) break;
             // Objects that take too long remain as they are.
-            HF_TRY(ObjectSurfaces sampled,
-                   object_surfaces(queries_, finer, options_.object_seconds, progress_));
-            for (ObjectSurface& surface : sampled.surfaces) {
+            Result<ObjectSurfaces> sampled =
+                object_surfaces(queries_, finer, options_.object_seconds, progress_);
+            if (progress_.stop.stop_requested()) return interruption();
+            if (!sampled) break;
+            for (ObjectSurface& surface : sampled->surfaces) {
                 const auto same = std::ranges::find(surfaces, surface.object, &ObjectSurface::object);
                 request_of(surface.object) = *std::ranges::find(finer, surface.object, &GridRequest::object);
                 *same = std::move(surface);
