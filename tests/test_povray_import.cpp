@@ -162,15 +162,19 @@ sphere{0,1e5 pigment{rgb 1} inverse}
 sphere{<0,2,0>,.5 pigment{rgbt <1,1,1,.9>} interior{ior 1.5}}
 )";
 
+/// Imports a scene from its text.
+Result<ImportedPovrayScene> imported_text(const std::string& name, const std::string& text, int detail) {
+    const std::filesystem::path file = written_scene(name, text);
+    PovrayImport options;
+    options.detail = detail;
+    return imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+}
+
 class PovrayImportTest : public testing::Test {
 protected:
     static const ImportedPovrayScene& imported() {
         static const ImportedPovrayScene scene = [] {
-            const std::filesystem::path file = written_scene("povray_import", scene_text_3);
-            PovrayImport options;
-            options.detail = 24;
-            const Result<ImportedPovrayScene> result =
-                imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+            const Result<ImportedPovrayScene> result = imported_text("povray_import", scene_text_3, 24);
             EXPECT_TRUE(result) << result.error().message();
             return result ? *result : ImportedPovrayScene();
         }();
@@ -281,15 +285,13 @@ TEST_F(PovrayImportTest, OnlyLightsIlluminateAFileWithoutRadiosity) {
 }
 
 TEST(PovrayImport, BroadHighlightsAndSaturatedPigmentsAreMeasured) {
-    const std::filesystem::path file =
-        written_scene("povray_finish",
+    const auto imported =
+        imported_text("povray_finish",
                       "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
                       "light_source{<5,9,-9> rgb 1}\n"
                       "torus{2,.6 rotate x*50 pigment{rgb <.9,.75,.2>} finish{specular .4 roughness .06}}\n"
-                      "sphere{0,1 pigment{rgb <0,.9,0>} finish{diffuse .7 ambient .2}}\n");
-    PovrayImport options;
-    options.detail = 32;
-    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+                      "sphere{0,1 pigment{rgb <0,.9,0>} finish{diffuse .7 ambient .2}}\n",
+                      32);
     ASSERT_TRUE(imported) << imported.error().message();
     const SceneMaterial &torus = imported->scene.materials.at("torus"),
                         &sphere = imported->scene.materials.at("sphere");
@@ -303,13 +305,11 @@ TEST(PovrayImport, BroadHighlightsAndSaturatedPigmentsAreMeasured) {
 }
 
 TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
-    const std::filesystem::path file = written_scene(
-        "povray_room",
-        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -2*z look_at 0}\n"
-        "light_source{<0,2,0> rgb 1}\nbox{-3,3 pigment{rgb .5}}\nsphere{0,1 pigment{rgb .5}}\n");
-    PovrayImport options;
-    options.detail = 24;
-    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    const auto imported =
+        imported_text("povray_room",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -2*z look_at 0}\n"
+                      "light_source{<0,2,0> rgb 1}\nbox{-3,3 pigment{rgb .5}}\nsphere{0,1 pigment{rgb .5}}\n",
+                      24);
     ASSERT_TRUE(imported) << imported.error().message();
     for (const Entity& entity : imported->scene.entities)
         EXPECT_EQ(entity.faces, entity.name == "box" ? ClosedFaces::inwards : ClosedFaces::outwards)
@@ -317,14 +317,12 @@ TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
 }
 
 TEST(PovrayImport, TheSkyIlluminatesAFileWithRadiosity) {
-    const std::filesystem::path file = written_scene(
+    const auto imported = imported_text(
         "povray_radiosity",
         "#version 3.7;\nglobal_settings{assumed_gamma 1 radiosity{count 20}}\ncamera{location -9*z look_at "
         "0}\n"
-        "background{rgb <.1,.2,.4>}\nlight_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5}}\n");
-    PovrayImport options;
-    options.detail = 24;
-    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+        "background{rgb <.1,.2,.4>}\nlight_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5}}\n",
+        24);
     ASSERT_TRUE(imported) << imported.error().message();
     EXPECT_FALSE(imported->scene.bounces);
     EXPECT_TRUE(imported->scene.environment.lights);
@@ -360,14 +358,12 @@ TEST_F(PovrayImportTest, TransparentObjectsAreNamedWithTheirLine) {
 }
 
 TEST(PovrayImport, ReflectionsStayReflections) {
-    const std::filesystem::path file = written_scene(
+    const auto imported = imported_text(
         "povray_mirror",
         "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
         "light_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5} finish{reflection .25 diffuse .5}}\n"
-        "torus{2,.3 pigment{rgb 1} finish{diffuse .5}}\n");
-    PovrayImport options;
-    options.detail = 24;
-    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+        "torus{2,.3 pigment{rgb 1} finish{diffuse .5}}\n",
+        24);
     ASSERT_TRUE(imported) << imported.error().message();
     const Reflection& mirror = imported->scene.materials.at("sphere").reflection;
     EXPECT_NEAR(mirror.at_normal.x, 0.25, 0.01);

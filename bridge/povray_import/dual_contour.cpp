@@ -8,13 +8,15 @@
 namespace haarfield {
 namespace {
 
+using Matrix = std::array<std::array<double, 3>, 3>;
+
 /// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's rotations.
 struct Eigen {
     std::array<double, 3> values;
     std::array<Vec3d, 3> vectors;
 };
 
-Eigen eigen_of(std::array<std::array<double, 3>, 3> m) {
+Eigen eigen_of(Matrix m) {
     Eigen eigen{{}, {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}};
     for (int sweep = 0; sweep < 12; ++sweep)
         for (const auto& [p, q] : {std::pair<std::size_t, std::size_t>(0, 1), {0, 2}, {1, 2}}) {
@@ -45,9 +47,9 @@ struct EdgeCrossing {
     bool has_normal = true;
 };
 
-using Matrix = std::array<std::array<double, 3>, 3>;
-
-/// Returns the minimum of x (matrix x / 2 - right) between two corners, by coordinates.
+/// Returns the point x between two corners at which x (matrix x / 2 - right) is least, by coordinate descent.
+///
+/// stiffness  is added to the diagonal of the matrix.
 Vec3d bounded_minimum(const Matrix& matrix, const Vec3d& right, double stiffness, const Vec3d& lower,
                       const Vec3d& upper) {
     constexpr int steps = 40;

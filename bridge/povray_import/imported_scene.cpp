@@ -410,11 +410,11 @@ private:
         if (!is_cut(surface.object)) return add_mesh(name, name, surface, false);
         // Tolerances are relative to the size of an entity, so that near parts need a separate one.
         const std::vector<ObjectSurface> zones = surface_zones(surface);
-        constexpr std::array<std::string_view, 3> names{"", "_around", "_far"};
+        const std::array<std::string, 3> names{name, name + "_around", name + "_far"};
         for (std::size_t zone = 0; zone < zones.size(); ++zone)
             if (!zones[zone].triangles.empty())
-                HF_TRY_DONE(add_mesh(zone == 0 ? name : unique_name(name + std::string(names[zone]), names_),
-                                     name, zones[zone], is_flat(zones[zone])));
+                HF_TRY_DONE(add_mesh(zone == 0 ? name : unique_name(names[zone], names_), name, zones[zone],
+                                     is_flat(zones[zone])));
         return Done{};
     }
 

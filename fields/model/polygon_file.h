@@ -20,10 +20,10 @@ struct PolygonFile {
     std::vector<std::uint32_t> face_corners;  ///< The number of corners of each face; any number.
 };
 
-/// Reads a PLY file, as text or binary in either byte order. Skips elements other than `vertex` and `face`,
-/// and properties other than x, y, z, nx, ny, nz, red, green, blue, image coordinates (s and t, u and v, or
-/// texture_u and texture_v) and vertex_indices (or vertex_index). Integer colours are assumed to be sRGB,
-/// floats linear.
+/// Reads a PLY file, as text or binary in either byte order. Vertices have x, y, z, nx, ny, nz, red, green,
+/// blue, and image coordinates (s and t, u and v, or texture_u and texture_v). Faces have vertex_indices or
+/// vertex_index. Other elements and properties are skipped. Integer colours are assumed to be sRGB, floats
+/// linear.
 ///
 /// errors  (with an empty `where`) the violation of the format, and its element.
 /// cost    proportional to the bytes, even for malicious files.

@@ -32,7 +32,7 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn =
 struct Environment {
     LatLongImage image;
     std::vector<SunDisc> suns;
-    /// What pictures show instead of the image and the suns; it lights nothing. Empty: they show both.
+    /// Pictures show it instead of the image and the suns, and it lights nothing. Empty: they show both.
     LatLongImage backdrop{};
 
     Environment() = default;
