@@ -9,6 +9,7 @@
 
 #include "fields/base/names.h"
 #include "fields/field/field_library.h"
+#include "fields/field/mesh_library.h"
 #include "fields/file/claim.h"
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_subdivision.h"
@@ -98,12 +99,37 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
                              entity.name, quoted_list(names, most_listed))};
 }
 
+/// Prepares an entity's mesh and occluders, or finds the mesh in the library.
+Result<Done> prepare_or_find_mesh(ImportedMesh imported, const MeshPreparation& wanted,
+                                  const std::filesystem::path& file, const SceneEntityOptions& options,
+                                  const Progress& progress, SceneEntity& entity) {
+    constexpr std::size_t fewest_stored = 1000;  // triangles of the fine mesh; others are prepared in 10 ms
+    const std::filesystem::path& folder = options.fields_folder;
+    std::error_code unknown;
+    const bool has_library = !folder.empty() && std::filesystem::is_directory(folder, unknown);
+    const ContentHash key = has_library ? preparation_key(imported, wanted) : ContentHash();
+    if (has_library)
+        if (std::optional<LibraryMesh> found = find_library_mesh(folder, key)) {
+            entity.mesh = std::move(found->mesh);
+            entity.occlusion.emplace(entity.mesh, std::move(found->occlusion));
+            return Done{};
+        }
+    Result<PreparedMesh> prepared = prepare_mesh(std::move(imported), wanted, progress);
+    if (!prepared) return Error{file.string(), prepared.error().message()};
+    entity.mesh = std::move(*prepared);
+    entity.occlusion.emplace(entity.mesh);
+    if (has_library && entity.mesh.fine.triangles.size() >= fewest_stored &&
+        !add_library_mesh(folder, entity.name, key, entity.mesh, *entity.occlusion, progress) &&
+        progress.stop.stop_requested())
+        return interruption();
+    return Done{};  // Where the library cannot be written, the next command prepares the mesh again.
+}
+
 /// Reads and prepares the mesh and its surfaces.
-///
-/// originals  SceneEntityOptions::original_vertices.
-Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, bool originals,
-                       ModelShelf& models, TextureShelf& shelf, ModelWarnings& warnings,
-                       const Progress& progress, SceneEntity& entity) {
+Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape,
+                       const SceneEntityOptions& options, ModelShelf& models, TextureShelf& shelf,
+                       ModelWarnings& warnings, const Progress& progress, SceneEntity& entity) {
+    const bool originals = options.original_vertices;
     HF_TRY(const ModelFile* model, models.file(description.mesh));
     HF_TRY(const std::optional<std::size_t> part, part_of(*model, description));
     HF_TRY(ImportedMesh imported,
@@ -131,9 +157,8 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         leave_out_bad_triangles(imported.mesh, imported.findings);  // Rounding can make triangles
                                                                     // degenerate.
     }
-    Result<PreparedMesh> prepared = prepare_mesh(std::move(imported), preparation, progress);
-    if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
-    entity.mesh = std::move(*prepared);
+    HF_TRY_DONE(
+        prepare_or_find_mesh(std::move(imported), preparation, description.mesh, options, progress, entity));
     entity.left_handed = model->is_left_handed() && !mirrors(shape);
     if (entity.left_handed) warnings.add_left_handed(description.mesh);
     warnings.add_findings(description.mesh, description.part, notable_findings(entity.mesh));
@@ -207,12 +232,11 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         const Entity& description = scene.entities[instance.entity];
         auto entity = std::make_unique<SceneEntity>();
         entity->name = description.name;
-        if (instance.shape != Shape()) entity->name += "~" + shape_name(instance.shape);
+        if (instance.shape != Shape()) entity->name += fmt::format("~{}", shape_name(instance.shape));
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        HF_TRY_DONE(take_mesh(scene, description, instance.shape, options.original_vertices, models, shelf,
-                              warnings, progress, *entity));
-        entity->occlusion.emplace(entity->mesh);
+        HF_TRY_DONE(take_mesh(scene, description, instance.shape, options, models, shelf, warnings, progress,
+                              *entity));
         entity->tints = vertex_tints(entity->mesh.fine, entity->surfaces);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);

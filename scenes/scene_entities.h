@@ -54,7 +54,7 @@ enum class FieldExtent {
 
 /// The preparation of entities: resolution, compression and storage of fields.
 struct SceneEntityOptions {
-    /// A library (field_library.h), created if missing; empty: fields are not stored.
+    /// A library (field_library.h), created if fields are wanted; empty: nothing is stored.
     std::filesystem::path fields_folder;
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
@@ -66,8 +66,9 @@ struct SceneEntityOptions {
     bool original_vertices = false;
 };
 
-/// Reads and prepares the meshes with their materials and images. Then reads each field from the library if
-/// its key matches, or computes and stores it.
+/// Reads and prepares the meshes with their materials and images. Prepared meshes are stored in the library,
+/// too, if it exists or fields are wanted, and read from it by later calls. Then reads each field from the
+/// library if its key matches, or computes and stores it.
 ///
 /// Instances of one entity share mesh and field if is_same_shape holds for their shapes. Meshes are stretched
 /// and mirrored as read, before subdivision and simplification, so the numbers of vertices, triangles and

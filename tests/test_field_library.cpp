@@ -5,6 +5,7 @@
 #include <atomic>
 #include <thread>
 
+#include "fields/file/section_file.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/test_folder.h"
 
@@ -130,19 +131,26 @@ TEST(FieldLibrary, ListsFieldsAndUnreadableFiles) {
     ASSERT_TRUE(taken(folder.path(), field, made));
     write_text(folder / "zebra.vdb", "no field");
     write_text(folder / "notes.txt", "not listed");
+    write_text(folder / "table-00.haarmesh", section_file({{"entity", "table"}, {"mesh", ""}}));
     const auto entries = library_entries(folder.path());
     ASSERT_TRUE(entries);
-    ASSERT_EQ(entries->size(), 2u);
+    ASSERT_EQ(entries->size(), 3u);
     const LibraryEntry& chair = (*entries)[0];
     EXPECT_EQ(chair.trouble, "");
-    EXPECT_EQ(chair.card.entity, "chair");
-    EXPECT_TRUE(chair.card.keys == field.keys);
-    EXPECT_EQ(chair.card.planar_samples, field.planar_handles.size());
-    EXPECT_EQ(chair.card.spherical_samples, field.spherical_handles.size());
-    EXPECT_EQ(chair.card.local_samples, field.local_handles.size());
-    EXPECT_EQ(chair.card.error, field.error);
+    EXPECT_EQ(chair.entity, "chair");
+    EXPECT_TRUE(chair.card->keys == field.keys);
+    EXPECT_EQ(chair.card->planar_samples, field.planar_handles.size());
+    EXPECT_EQ(chair.card->spherical_samples, field.spherical_handles.size());
+    EXPECT_EQ(chair.card->local_samples, field.local_handles.size());
+    EXPECT_EQ(chair.card->error, field.error);
     EXPECT_EQ(chair.bytes, std::filesystem::file_size(chair.file));
+    EXPECT_TRUE(verify_entry(chair));
     EXPECT_NE((*entries)[1].trouble, "");
+    const LibraryEntry& table = (*entries)[2];
+    EXPECT_EQ(table.trouble, "");
+    EXPECT_EQ(table.entity, "table");
+    EXPECT_FALSE(table.card);
+    EXPECT_FALSE(verify_entry(table)) << "it has no mesh";
 }
 
 TEST(FieldLibrary, AUseIsNoted) {
@@ -159,8 +167,7 @@ TEST(FieldLibrary, AUseIsNoted) {
 TEST(FieldLibrary, PruningRemovesTheLeastRecentlyUsed) {
     const Clock::time_point now = Clock::now();
     std::vector<LibraryEntry> entries;
-    for (const int age : {5, 50, 1, 500})
-        entries.push_back({std::to_string(age), 100, now - hours(age), {}, {}});
+    for (const int age : {5, 50, 1, 500}) entries.push_back({std::to_string(age), 100, now - hours(age)});
     const auto pruned = [&](const LibraryPruning& pruning) {
         std::string names;
         for (const LibraryEntry& entry : pruned_entries(entries, pruning, now))

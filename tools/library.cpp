@@ -1,4 +1,5 @@
 #include "fields/field/field_library.h"
+#include "fields/field/library_files.h"
 #include "fields/file/claim.h"
 #include "fields/file/temporary_file.h"
 #include "tools/command.h"
@@ -24,16 +25,22 @@ std::string time_text(Clock::time_point time) {
     return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(Clock::to_time_t(time)));
 }
 
+bool is_mesh(const LibraryEntry& entry) {
+    return entry.file.extension() == mesh_ending;
+}
+
 nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
     nlohmann::ordered_json json{{"file", entry.file.filename().string()},
+                                {"kind", is_mesh(entry) ? "mesh" : "field"},
                                 {"bytes", entry.bytes},
                                 {"last_used", time_text(entry.last_used)}};
     if (!entry.trouble.empty()) {
         json["trouble"] = entry.trouble;
         return json;
     }
-    const FieldCard& card = entry.card;
-    json["entity"] = card.entity;
+    json["entity"] = entry.entity;
+    if (!entry.card) return json;
+    const FieldCard& card = *entry.card;
     json["key"] = card.keys.whole.hex();
     json["surroundings"] = card.keys.surroundings.hex();
     json["planar_samples"] = card.planar_samples;
@@ -52,10 +59,14 @@ void print_entry(const LibraryEntry& entry, const CommandContext& context) {
         context.print("{:<24} {:>8.2f} MB  {}  {}: {}\n", "?", megabytes, used, name, entry.trouble);
         return;
     }
-    const FieldCard& card = entry.card;
+    if (!entry.card) {
+        context.print("{:<24} {:>8.2f} MB  {}  prepared mesh  {}\n", entry.entity, megabytes, used, name);
+        return;
+    }
+    const FieldCard& card = *entry.card;
     context.print(
         "{:<24} {:>8.2f} MB  {}  {:>8} samples  error {:>4.1f} % on the ground, {:>4.1f} % around  {}\n",
-        card.entity, megabytes, used, card.planar_samples + card.spherical_samples + card.local_samples,
+        entry.entity, megabytes, used, card.planar_samples + card.spherical_samples + card.local_samples,
         100 * card.error.planar.relative, 100 * card.error.spherical.relative, name);
 }
 
@@ -65,7 +76,7 @@ Result<std::size_t> verify_all(const std::vector<LibraryEntry>& entries, nlohman
     std::size_t bad = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (context.progress.stop.stop_requested()) return interruption();
-        const Result<Done> verdict = verify_field(entries[i].file);
+        const Result<Done> verdict = verify_entry(entries[i]);
         fields[i]["good"] = bool(verdict);
         if (!verdict) {
             fields[i]["trouble"] = verdict.error().what;
@@ -106,6 +117,7 @@ Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
         bytes += entry.bytes;
         if (!options.json && !prunes) print_entry(entry, context);
     }
+    const auto meshes = std::size_t(std::ranges::count_if(entries, is_mesh));
     std::size_t bad = 0;
     if (options.verify) {
         HF_TRY(const std::size_t verified, verify_all(entries, fields, context));
@@ -124,7 +136,8 @@ Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
     if (options.json)
         print(stdout, "{}\n", listing.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else if (!prunes)
-        context.print("{} fields, {:.2f} MB{}\n", entries.size(), double(bytes) / 1e6,
+        context.print("{} fields, {} prepared meshes, {:.2f} MB{}\n", entries.size() - meshes, meshes,
+                      double(bytes) / 1e6,
                       !options.verify ? ""
                       : bad == 0      ? ", all good"
                                       : fmt::format(", {} damaged", bad));
@@ -143,27 +156,26 @@ std::string size_trouble(const std::string& text) {
 }  // namespace
 
 Command library_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("library", "List, verify or prune a folder of visibility fields");
+    CLI::App* app = program.add_subcommand(
+        "library", "List, verify or prune a folder of visibility fields and prepared meshes");
     const auto options = std::make_shared<LibraryOptions>();
     app->add_option("DIR", options->folder, "The folder, as given to --fields")->required()->type_name("");
     app->add_flag("--json", options->json, "Print JSON");
-    app->add_flag(
-        "--verify", options->verify,
-        "Verify each field like `verify`; exit code 1 if one is damaged. Scenes that need it recompute it");
+    app->add_flag("--verify", options->verify,
+                  "Verify each file; exit code 1 if one is damaged. Scenes that need it recompute it");
     app->add_option("--unused-for", options->unused_for,
-                    "Remove fields that no command has used for this time, such as 36h or 30d")
+                    "Remove files that no command has used for this time, such as 36h or 30d")
         ->check(CLI::Validator(duration_trouble, ""))
         ->type_name("TIME");
-    app->add_option(
-           "--shrink-to", options->most_bytes,
-           "Remove the least recently used fields until the total size is at most SIZE, such as 20GB")
+    app->add_option("--shrink-to", options->most_bytes,
+                    "Remove the least recently used files until the total size is at most SIZE, such as 20GB")
         ->check(CLI::Validator(size_trouble, ""))
         ->type_name("SIZE");
     app->add_flag("--dry-run", options->dry_run,
-                  "Print the fields that would be removed, without removing them");
+                  "Print the files that would be removed, without removing them");
     app->footer(
         "Any number of scenes, processes and machines may share a library while it is pruned. Missing\n"
-        "fields are recomputed.\n"
+        "files are computed again.\n"
         "Example:\n"
         "  haarfield library out/fields --verify\n"
         "  haarfield library out/fields --unused-for 30d");

@@ -89,7 +89,7 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     Result<RenderedScene> direct = rendered_scene(scene.scene, alone, part_of(progress, 0, runs));
     if (!direct) return direct;
     PovrayOptions few = objects;
-    few.declarations.push_back(reduced_lights_alone);
+    few.declarations.emplace_back(reduced_lights_alone);
     HF_TRY_DONE(add_difference(scene.scene, few, without_bounces, *direct, progress, {1, runs}));
     if (!gathers_emitters) return direct;
     PovrayOptions gathered = objects;
@@ -132,8 +132,8 @@ Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, cons
     unlit.declarations.insert(unlit.declarations.end(), {first_dome_only, second_dome_only});
     PovrayOptions lit = unlit, behind = unlit;
     lit.declarations.push_back(by_radiosity);
-    behind.declarations.push_back(background_only);
-    unlit.declarations.push_back(without_background);
+    behind.declarations.emplace_back(background_only);
+    unlit.declarations.emplace_back(without_background);
     Result<RenderedScene> picture = rendered_scene(scene, lit, progress);
     if (!picture) return picture;
     const Progress silent{{}, progress.stop};

@@ -5,8 +5,17 @@
 #include "fields/occluder/occluder.h"
 #include "fields/preparation/local_samples.h"
 #include "fields/preparation/mesh_preparation.h"
+#include "fields/preparation/mesh_simplification.h"
+
+#include <mutex>
 
 namespace haarfield {
+
+/// Results of an earlier EntityOcclusion of the same mesh.
+struct KnownOcclusion {
+    std::optional<LocalSamples> samples{};
+    std::optional<std::vector<CoarserMesh>> coarser{};
+};
 
 /// Safe to share between threads. Members refer to each other, so that it can be neither copied nor moved.
 ///
@@ -15,8 +24,10 @@ class EntityOcclusion {
 public:
     /// Builds the occluders. The mesh is not referred to afterwards.
     ///
-    /// stop  after a stop request, returns soon with an unusable result.
-    explicit EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop = {});
+    /// known  is not computed again.
+    /// stop   after a stop request, returns soon with an unusable result.
+    explicit EntityOcclusion(const PreparedMesh& mesh, KnownOcclusion known = {},
+                             const std::stop_token& stop = {});
     EntityOcclusion(const EntityOcclusion&) = delete;
     EntityOcclusion& operator=(const EntityOcclusion&) = delete;
 
@@ -31,7 +42,8 @@ public:
     ///   below a cushion.
     const Occluder& own() const { return own_; }
 
-    /// The occluder of the original mesh, without the areas that images cut out.
+    /// The occluder of the original mesh, without the areas that images cut out. It can be rasterized only if
+    /// it is own().
     const Occluder& original() const { return original_; }
 
     /// Tests whether a point is inside the coarse mesh.
@@ -45,12 +57,18 @@ public:
     /// Places samples at points that are not vertices of the fine mesh.
     const LocalSampler& sampler() const { return sampler_; }
 
+    /// Simplifications of coarse(), for distant points; none if it has less than 1,000 triangles. Made when
+    /// first needed. Throws Interrupted.
+    const std::vector<CoarserMesh>& coarser(const Progress& progress = {}) const;
+
 private:
     const Occluder coarse_, original_;
     const Occluder& own_;
     const InsideTest in_coarse_, in_original_;
     const LocalSampler sampler_;
     const LocalSamples samples_;
+    mutable std::once_flag coarser_made_;
+    mutable std::optional<std::vector<CoarserMesh>> coarser_;
 };
 
 }  // namespace haarfield

@@ -1,12 +1,11 @@
 #include "fields/field/field_library.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 
-#include "fields/base/names.h"
+#include "fields/field/library_files.h"
+#include "fields/field/mesh_library.h"
 #include "fields/file/claim.h"
 
 namespace haarfield {
@@ -15,45 +14,14 @@ namespace {
 using std::filesystem::path;
 using Clock = std::chrono::system_clock;
 
-constexpr std::string_view ending = ".vdb";
-
-std::string short_hex(const ContentHash& hash) {
-    return fmt::format("{:016x}", hash.high);
-}
-
 /// Returns the end of a field's file name.
 std::string keys_part(const FieldKeys& keys) {
     return fmt::format("-{}-{}", short_hex(keys.surroundings), short_hex(keys.whole));
 }
 
-/// Returns the files of a folder whose names satisfy the predicate, sorted by name.
-template <class IsWanted>
-std::vector<path> files_of(const path& folder, const IsWanted& is_wanted) {
-    std::vector<path> files;
-    std::error_code failed;
-    for (std::filesystem::directory_iterator entry(folder, failed), end; !failed && entry != end;
-         entry.increment(failed))
-        if (is_wanted(entry->path().filename().string())) files.push_back(entry->path());
-    std::ranges::sort(files);
-    return files;
-}
-
-Clock::time_point last_used(const struct stat& status) {
-    return Clock::time_point(std::chrono::duration_cast<Clock::duration>(
-        std::chrono::seconds(status.st_mtim.tv_sec) + std::chrono::nanoseconds(status.st_mtim.tv_nsec)));
-}
-
-void note_use(const path& file) {
-    struct stat status {};
-    if (stat(file.c_str(), &status) == 0 && Clock::now() - last_used(status) > std::chrono::hours(1))
-        utimensat(AT_FDCWD, file.c_str(), nullptr, 0);  // fails harmlessly without permission
-}
-
 /// Reads the field with these keys, if it exists and is valid.
 bool find_field(const path& folder, const FieldKeys& keys, LibraryField& found) {
-    const std::string name_end = keys_part(keys) + std::string(ending);
-    for (const path& file :
-         files_of(folder, [&](std::string_view name) { return name.ends_with(name_end); })) {
+    for (const path& file : files_ending(folder, keys_part(keys) + std::string(field_ending))) {
         Result<VisibilityField> field = read_field(file);
         if (field && field->keys == keys) {
             note_use(file);
@@ -73,23 +41,45 @@ bool find_field(const path& folder, const FieldKeys& keys, LibraryField& found) 
 
 /// Returns a field with the same surroundings, if there is one.
 std::optional<VisibilityField> field_with(const path& folder, const ContentHash& surroundings) {
-    const std::string part = "-" + short_hex(surroundings) + "-";
-    const std::size_t from_end = part.size() + short_hex({}).size() + ending.size();
-    for (const path& file : files_of(folder, [&](std::string_view name) {
-             return name.ends_with(ending) && name.size() > from_end &&
-                    name.substr(name.size() - from_end).starts_with(part);
-         }))
-        if (Result<VisibilityField> field = read_field(file);
-            field && field->keys.surroundings == surroundings)
-            return *std::move(field);
+    const std::string part = fmt::format("-{}-", short_hex(surroundings));
+    const std::size_t from_end = part.size() + short_hex({}).size() + field_ending.size();
+    const auto has_part = [&](const std::string& name) {
+        return name.size() > from_end && name.compare(name.size() - from_end, part.size(), part) == 0;
+    };
+    for (const path& file : files_ending(folder, field_ending))
+        if (has_part(file.filename().string()))
+            if (Result<VisibilityField> field = read_field(file);
+                field && field->keys.surroundings == surroundings)
+                return *std::move(field);
     return std::nullopt;
+}
+
+LibraryEntry field_entry(const path& file, const FileUse& use) {
+    LibraryEntry entry{file, use.bytes, use.last_used};
+    Result<FieldCard> card = read_field_card(file);
+    if (card) {
+        entry.entity = card->entity;
+        entry.card = *std::move(card);
+    } else {
+        entry.trouble = card.error().what;
+    }
+    return entry;
+}
+
+LibraryEntry mesh_entry(const path& file, const FileUse& use) {
+    LibraryEntry entry{file, use.bytes, use.last_used};
+    const Result<std::string> entity = read_library_mesh_entity(file);
+    if (entity)
+        entry.entity = *entity;
+    else
+        entry.trouble = entity.error().what;
+    return entry;
 }
 
 }  // namespace
 
 path library_file(const path& folder, std::string_view entity, const FieldKeys& keys) {
-    constexpr std::size_t longest_name = 80;  // bytes
-    return folder / (plain_name(entity.substr(0, longest_name)) + keys_part(keys) + std::string(ending));
+    return library_path(folder, entity, keys_part(keys) + std::string(field_ending));
 }
 
 Result<LibraryField> library_field(const path& folder, std::string_view entity, const FieldKeys& keys,
@@ -125,18 +115,17 @@ Result<std::vector<LibraryEntry>> library_entries(const path& folder) {
     if (!std::filesystem::is_directory(folder, unknown))
         return Error{folder.string(), "is not a directory; expected a directory of fields"};
     std::vector<LibraryEntry> entries;
-    for (const path& file : files_of(folder, [](std::string_view name) { return name.ends_with(ending); })) {
-        struct stat status {};
-        if (stat(file.c_str(), &status) != 0) continue;  // removed meanwhile
-        LibraryEntry entry{file, static_cast<std::uint64_t>(status.st_size), last_used(status), {}, {}};
-        Result<FieldCard> card = read_field_card(file);
-        if (card)
-            entry.card = *std::move(card);
-        else
-            entry.trouble = card.error().what;
-        entries.push_back(std::move(entry));
-    }
+    for (const std::string_view ending : {field_ending, mesh_ending})
+        for (const path& file : files_ending(folder, ending))
+            if (const std::optional<FileUse> use = file_use(file))  // otherwise removed meanwhile
+                entries.push_back(ending == field_ending ? field_entry(file, *use) : mesh_entry(file, *use));
     return entries;
+}
+
+Result<Done> verify_entry(const LibraryEntry& entry) {
+    if (entry.file.extension() == field_ending) return verify_field(entry.file);
+    HF_TRY_DONE(read_library_mesh(entry.file));
+    return Done{};
 }
 
 std::vector<LibraryEntry> pruned_entries(std::vector<LibraryEntry> entries, const LibraryPruning& pruning,

@@ -4,10 +4,10 @@
 ///
 /// A field's file is `NAME-SURROUNDINGS-WHOLE.vdb`: the name of the entity that it was first computed for,
 /// and 16 hexadecimal digits each of FieldKeys. The name is only for people; the keys alone distinguish
-/// fields. A file appears complete or not at all, and its content never changes afterwards. Its modification
-/// time is updated on use, at most once an hour. `SURROUNDINGS-WHOLE.claim` states that a process is
-/// computing the field (claim.h). If a claim is missing or wrong, two processes compute the same file, and
-/// the last one is kept.
+/// fields. Prepared meshes are stored beside them (mesh_library.h). A file appears complete or not at all,
+/// and its content never changes afterwards. Its modification time is updated on use, at most once an hour.
+/// `SURROUNDINGS-WHOLE.claim` states that a process is computing the field (claim.h). If a claim is missing
+/// or wrong, two processes compute the same file, and the last one is kept.
 
 #include "fields/field/field_file.h"
 #include "fields/field/field_precompute.h"
@@ -45,20 +45,24 @@ Result<LibraryField> library_field(const std::filesystem::path& folder, std::str
 /// Tests whether the library has a valid field with these keys. Reads the whole field.
 bool has_library_field(const std::filesystem::path& folder, const FieldKeys& keys);
 
-/// A field of a library, as listed.
+/// A field or a prepared mesh (mesh_library.h) of a library, as listed.
 struct LibraryEntry {
     std::filesystem::path file;
     std::uint64_t bytes = 0;
     std::chrono::system_clock::time_point last_used;
-    FieldCard card;
-    std::string trouble;  ///< Why the card cannot be read; otherwise empty.
+    std::string entity{};             ///< The entity that it was made for.
+    std::optional<FieldCard> card{};  ///< Of a field.
+    std::string trouble{};            ///< Why entity and card cannot be read; otherwise empty.
 };
 
-/// Lists all files of a folder that end in `.vdb`, by name, except those of other programs, which contain no
-/// field. Reads and verifies only the head of each file; verify_field verifies all of it.
+/// Lists all fields of a folder, then all prepared meshes, each by name. Reads and verifies only the head of
+/// each file.
 ///
 /// errors  there is no such folder.
 Result<std::vector<LibraryEntry>> library_entries(const std::filesystem::path& folder);
+
+/// Reads and verifies all of an entry: verify_field or read_library_mesh.
+Result<Done> verify_entry(const LibraryEntry& entry);
 
 /// The rule that selects fields to remove from a library.
 struct LibraryPruning {

@@ -74,7 +74,7 @@ Result<std::vector<Section>> read_section_file(const std::filesystem::path& file
     std::string_view bytes = mapped.bytes;
     const auto refusal = [&](const char* reason) { return Error{file.string(), reason}; };
     if (bytes.size() < head_size + hash_size || !bytes.starts_with(magic))
-        return refusal("is cut short, or not a file of task results");
+        return refusal("is cut short, or not a file of sections");
     HF_TRY_DONE(load_pages(mapped, file.string()));
     std::string_view end = bytes.substr(bytes.size() - hash_size);
     bytes.remove_suffix(hash_size);
@@ -96,7 +96,7 @@ Result<Section> read_first_section(const std::filesystem::path& file) {
     HF_TRY(const MappedFile mapped, mapped_file(file, MappedPages::as_read));
     std::string_view bytes = mapped.bytes;
     if (bytes.size() < head_size || !bytes.starts_with(magic))
-        return Error{file.string(), "is cut short, or not a file of task results"};
+        return Error{file.string(), "is cut short, or not a file of sections"};
     bytes.remove_prefix(magic.size() + sizeof version);
     const auto count = taken<std::uint32_t>(bytes);
     std::optional<SectionView> first = read_section(bytes), last = first;

@@ -1,5 +1,5 @@
 #pragma once
-/// Files of named sections with a checksum, which one process writes for another.
+/// Files of named sections with a checksum, which one process writes for another or for a later one.
 ///
 ///     "HAARPART"  u32 version  u32 number of sections                           16 bytes
 ///     for each section { u64 bytes of the name  u64 bytes  name  bytes }

@@ -22,7 +22,7 @@ struct PositionHash {
 
 }  // namespace
 
-Occluder make_occluder(const Mesh& mesh) {
+OccluderTriangles occluder_triangles(const Mesh& mesh) {
     OccluderTriangles occluder;
     std::unordered_map<Vec3f, std::uint32_t, PositionHash> index_of;
     std::vector<std::uint32_t> merged(mesh.positions.size());
@@ -46,7 +46,11 @@ Occluder make_occluder(const Mesh& mesh) {
             if ((kinds[t] == PieceKind::solid) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
-    return Occluder(std::move(occluder));
+    return occluder;
+}
+
+Occluder make_occluder(const Mesh& mesh) {
+    return Occluder(occluder_triangles(mesh));
 }
 
 Occluder turned_occluder(const Occluder& occluder, const Rotation& rotation) {

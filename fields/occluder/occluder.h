@@ -20,13 +20,19 @@ struct OccluderTriangles {
     Bounds bounds;                                        ///< Bounds of all positions of the mesh. [m]
 };
 
+/// The purpose of an occluder.
+enum class OccluderUse {
+    rasterized,    ///< Everything.
+    inside_tests,  ///< Rays and inside tests only: no padded positions, planes and edges.
+};
+
 /// An immutable set of triangles with the data that the visibility rasterizer derives from them.
 class Occluder {
 public:
     /// Creates an occluder that blocks nothing.
     Occluder() : Occluder(OccluderTriangles()) {}
     /// cost  O(n log n) in the triangles.
-    explicit Occluder(OccluderTriangles source);
+    explicit Occluder(OccluderTriangles source, OccluderUse use = OccluderUse::rasterized);
 
     const OccluderTriangles& source() const { return source_; }  ///< The data that it is made from.
     /// OccluderTriangles::positions.
@@ -56,7 +62,10 @@ private:
 /// cost  about 1 ms per 5,000 triangles.
 Occluder turned_occluder(const Occluder& occluder, const Rotation& rotation);
 
-/// Makes an occluder of any mesh. Normals and materials are ignored. Equal positions are merged first.
+/// Returns the triangles of any mesh. Normals and materials are ignored. Equal positions are merged first.
+OccluderTriangles occluder_triangles(const Mesh& mesh);
+
+/// Makes an occluder of occluder_triangles.
 Occluder make_occluder(const Mesh& mesh);
 
 /// Tests whether a point is inside the closed (one-sided) pieces of an occluder: their winding number there

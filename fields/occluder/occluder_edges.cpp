@@ -54,58 +54,97 @@ DualPoint dual_point(const OccluderPlanes& planes, std::size_t t) {
     return {normal.x / length, normal.y / length, normal.z / length, double(planes.offset[t]) / length};
 }
 
-/// The sort key of an edge: its planes and its midpoint. Lengths are in radii.
-using EdgePlace = std::array<float, 11>;
-using PlacedEdge = std::pair<EdgePlace, Edge>;
+/// The position of an edge for sorting: its planes and its midpoint, with lengths in radii, and padding. The
+/// size suits vectors.
+struct alignas(64) EdgePlace {
+    static constexpr std::size_t dimensions = 11;
+    std::array<float, 16> at{};
+};
 
-/// Returns the likelihood, up to a factor, that a view point's plane or a horizon cuts a cluster of these
-/// edges.
-float cut_likelihood(std::span<const PlacedEdge> edges) {
-    EdgePlace low = edges[0].first, high = low;
-    for (const auto& [place, edge] : edges)
-        for (std::size_t k = 0; k < place.size(); ++k) {
-            low[k] = std::min(low[k], place[k]);
-            high[k] = std::max(high[k], place[k]);
+/// Sorts edges into clusters. Each coordinate has a list of all edges in its order, and a range of edges is
+/// at the same place in all lists.
+class ClusterSort {
+public:
+    explicit ClusterSort(const std::vector<EdgePlace>& places)
+        : places_(places), is_first_(places.size()), rest_(places.size()) {
+        for (std::size_t k = 0; k < lists_.size(); ++k) {
+            lists_[k].resize(places.size());
+            std::iota(lists_[k].begin(), lists_[k].end(), 0u);
+            std::ranges::stable_sort(lists_[k], {}, [&](std::uint32_t edge) { return places[edge].at[k]; });
         }
-    float sum = 0;
-    for (std::size_t k = 0; k < low.size(); ++k) sum += high[k] - low[k];
-    return sum;
-}
-
-/// Divides edges recursively down to clusters, each time in the way that makes the halves most compact.
-void sort_by_clusters(std::span<PlacedEdge> edges) {
-    const std::size_t cluster = OccluderEdges::cluster_size,
-                      half = (edges.size() / cluster + 1) / 2 * cluster;
-    if (edges.size() <= cluster) return;
-    const auto halve = [&](std::size_t k) {
-        std::nth_element(edges.begin(), edges.begin() + std::ptrdiff_t(half), edges.end(),
-                         [k](const PlacedEdge& a, const PlacedEdge& b) {
-                             return a.first[k] != b.first[k] ? a.first[k] < b.first[k]
-                                                             : a.second.triangles < b.second.triangles;
-                         });
-    };
-    std::size_t best = 0, last = 0;
-    float least = INFINITY;
-    for (std::size_t k = 0; k < std::tuple_size_v<EdgePlace>; ++k) {
-        halve(last = k);
-        const float likelihood = cut_likelihood(edges.first(half)) + cut_likelihood(edges.subspan(half));
-        if (likelihood < least) {
-            least = likelihood;
-            best = k;
-        }
+        sort(0, places.size());
     }
-    if (best != last) halve(best);
-    sort_by_clusters(edges.first(half));
-    sort_by_clusters(edges.subspan(half));
-}
+
+    /// Returns indices of edges, cluster by cluster.
+    const std::vector<std::uint32_t>& order() const { return lists_[0]; }
+
+private:
+    using Indices = std::span<const std::uint32_t>;
+
+    /// Divides edges recursively down to clusters, each time in the way that makes the halves most compact.
+    void sort(std::size_t begin, std::size_t end) {
+        const std::size_t cluster = OccluderEdges::cluster_size, count = end - begin,
+                          half = (count / cluster + 1) / 2 * cluster;
+        if (count <= cluster) return;
+        std::size_t best = 0;
+        float least = INFINITY;
+        for (std::size_t k = 0; k < lists_.size(); ++k) {
+            const Indices edges(&lists_[k][begin], count);
+            const float likelihood = cut_likelihood(edges.first(half)) + cut_likelihood(edges.subspan(half));
+            if (likelihood < least) {
+                least = likelihood;
+                best = k;
+            }
+        }
+        for (std::size_t i = 0; i < count; ++i) is_first_[lists_[best][begin + i]] = i < half;
+        for (std::size_t k = 0; k < lists_.size(); ++k)
+            if (k != best) part(&lists_[k][begin], count);
+        sort(begin, begin + half);
+        sort(begin + half, end);
+    }
+
+    /// Moves the edges of the first half to the front. Keeps the order within each half.
+    void part(std::uint32_t* edges, std::size_t count) {
+        std::size_t first = 0, rest = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t edge = edges[i];
+            edges[first] = rest_[rest] = edge;
+            first += is_first_[edge];
+            rest += 1u - is_first_[edge];
+        }
+        std::copy_n(rest_.begin(), rest, edges + first);
+    }
+
+    /// Returns the likelihood, up to a factor, that a view point's plane or a horizon cuts a cluster of these
+    /// edges.
+    float cut_likelihood(Indices edges) const {
+        std::array<float, 16> low = places_[edges[0]].at, high = low;
+        for (const std::uint32_t edge : edges) {
+            const std::array<float, 16>& at = places_[edge].at;
+            for (std::size_t k = 0; k < at.size(); ++k) {
+                low[k] = std::min(low[k], at[k]);
+                high[k] = std::max(high[k], at[k]);
+            }
+        }
+        float sum = 0;
+        for (std::size_t k = 0; k < EdgePlace::dimensions; ++k) sum += high[k] - low[k];
+        return sum;
+    }
+
+    const std::vector<EdgePlace>& places_;
+    std::array<std::vector<std::uint32_t>, EdgePlace::dimensions> lists_;
+    std::vector<std::uint8_t> is_first_;  // By edge.
+    std::vector<std::uint32_t> rest_;
+};
 
 /// Makes edges adjacent that are likely to be contour edges for the same view points.
 void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
     const auto& [source, planes] = from;
     const double radius = std::max(double(source.bounds.radius()), 1e-30);
-    std::vector<PlacedEdge> placed;
-    placed.reserve(edges.size());
-    for (Edge edge : edges) {
+    std::ranges::sort(edges, {}, &Edge::triangles);  // The order of edges in equal places.
+    std::vector<EdgePlace> places(edges.size());
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        Edge& edge = edges[e];
         DualPoint a = dual_point(planes, edge.triangles[0]), b = dual_point(planes, edge.triangles[1]);
         // Orient similar edges in the same way.
         constexpr DualPoint some_direction{0.62, 0.53, 0.57, 0};
@@ -115,7 +154,7 @@ void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
             std::swap(edge.ends[0], edge.ends[1]);
             std::swap(edge.triangles[0], edge.triangles[1]);
         }
-        EdgePlace place{};
+        std::array<float, 16>& place = places[e].at;
         for (std::size_t k = 0; k < 4; ++k) {
             const double scale = k < 3 ? 1.0 : 1.0 / radius;
             place[k] = static_cast<float>(a[k] * scale);
@@ -124,10 +163,10 @@ void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
         const Vec3d middle =
             (Vec3d(source.positions[edge.ends[0]]) + Vec3d(source.positions[edge.ends[1]])) * 0.5;
         for (std::size_t k = 0; k < 3; ++k) place[8 + k] = static_cast<float>(middle[int(k)] / radius);
-        placed.emplace_back(place, edge);
     }
-    sort_by_clusters(placed);
-    std::transform(placed.begin(), placed.end(), edges.begin(), [](const auto& p) { return p.second; });
+    const ClusterSort sorted(places);
+    const std::vector<Edge> unsorted(edges.begin(), edges.end());
+    std::ranges::transform(sorted.order(), edges.begin(), [&](std::uint32_t e) { return unsorted[e]; });
 }
 
 /// Sets an interval that rounding to floats does not shrink.

@@ -41,11 +41,12 @@ OccluderPlanes occluder_planes(const OccluderTriangles& source) {
 
 }  // namespace
 
-Occluder::Occluder(OccluderTriangles source)
-    : source_(std::move(source)),
-      padded_positions_(padded(source_.positions)),
-      planes_(occluder_planes(source_)),
-      edges_(occluder_edges(source_, planes_)) {
+Occluder::Occluder(OccluderTriangles source, OccluderUse use) : source_(std::move(source)) {
+    if (use == OccluderUse::rasterized) {
+        padded_positions_ = padded(source_.positions);
+        planes_ = occluder_planes(source_);
+        edges_ = occluder_edges(source_, planes_);
+    }
     for (std::size_t axis = 0; axis < 3; ++axis)
         grids_[axis] = axis_grid(source_.positions, source_.triangles, axis_frames[axis]);
 }

@@ -131,18 +131,13 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
 
 /// Makes simplifications of an occluder. Each is used from the distance at which its RMS distance from the
 /// coarse mesh subtends a small part of a texel. None after a stop request.
-std::vector<ShadingGeometry::Entity::Level> levels_of(const Occluder& coarse, int face_size,
+std::vector<ShadingGeometry::Entity::Level> levels_of(const EntityOcclusion& occlusion, int face_size,
                                                       const std::stop_token& stop) {
-    constexpr std::size_t fewest_triangles = 1000;
     constexpr float largest_shift = 0.1f;  // texels
     std::vector<ShadingGeometry::Entity::Level> levels;
-    if (coarse.triangles().size() < fewest_triangles) return levels;
-    Mesh mesh;
-    mesh.positions = coarse.positions();
-    mesh.triangles = coarse.triangles();
     const float shift = largest_shift * 2 / static_cast<float>(face_size);
     try {
-        for (const CoarserMesh& coarser : coarser_meshes(mesh, {{}, stop}))
+        for (const CoarserMesh& coarser : occlusion.coarser({{}, stop}))
             levels.push_back({make_occluder(coarser.mesh), coarser.distance / shift});
     } catch (const Interrupted&) {
         levels.clear();
@@ -156,9 +151,8 @@ Result<Done> add_levels(const ShadedScene& scene, ShadingGeometry& geometry, con
                          [&]() -> LoopBody {
                              return [&](std::size_t e) {
                                  if (!geometry.entities[e].levels)
-                                     geometry.entities[e].levels =
-                                         levels_of(scene.entities[e].occlusion->coarse(), geometry.face_size,
-                                                   progress.stop);
+                                     geometry.entities[e].levels = levels_of(
+                                         *scene.entities[e].occlusion, geometry.face_size, progress.stop);
                              };
                          },
                          "simplifying", {{}, progress.stop});
