@@ -117,6 +117,14 @@ struct Surroundings {
     std::filesystem::path file;  ///< The scene in POV-Ray's language.
     bool z_up = false;           ///< Its z axis points up, else y.
     bool left_handed = true;     ///< Its coordinates, as POV-Ray's camera usually shows them.
+    /// Another folder in which POV-Ray finds includes and images; empty: none.
+    std::filesystem::path folder{};
+};
+
+/// A transparent object that filters the light of lamps. It is not baked, and other light ignores it.
+struct SceneFilter {
+    std::filesystem::path mesh;  ///< In the scene's coordinates.
+    Rgb colour{1.0f};            ///< Fraction of light that passes each of its surfaces, in [0, 1].
 };
 
 struct FilesInMemory;
@@ -131,6 +139,7 @@ struct Scene {
     std::vector<Entity> entities;              ///< In the order of the file.
     std::vector<Instance> instances;           ///< In the order of the file.
     std::vector<SceneLamp> lamps;              ///< In the order of the file.
+    std::vector<SceneFilter> filters;          ///< In the order of the file.
     std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
     std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
     std::optional<int> bounces;  ///< Of indirect light, unless options say otherwise; none: no limit.

@@ -21,6 +21,7 @@
 #include "scenes/entity_surfaces.h"
 #include "scenes/files_in_memory.h"
 #include "scenes/model_warnings.h"
+#include "shading/visibility/light_filters.h"
 
 namespace haarfield {
 namespace {
@@ -194,6 +195,18 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
     return Done{};
 }
 
+/// Reads the meshes of a scene's filters.
+Result<std::shared_ptr<const LightFilters>> light_filters(const Scene& scene) {
+    if (scene.filters.empty()) return std::shared_ptr<const LightFilters>();
+    auto filters = std::make_shared<LightFilters>();
+    for (const SceneFilter& filter : scene.filters) {
+        HF_TRY(const ImportedMesh imported, read_mesh(filter.mesh));
+        filters->add(imported.mesh.positions, imported.mesh.triangles, filter.colour);
+    }
+    filters->commit();
+    return std::shared_ptr<const LightFilters>(std::move(filters));
+}
+
 }  // namespace
 
 FieldSettings entity_field_settings(const Entity& description, const EntityOcclusion& occlusion,
@@ -250,6 +263,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         }
         result.entities.push_back(std::move(entity));
     }
+    HF_TRY(result.filters, light_filters(scene));
     result.warnings = warnings.lines();
     return result;
 }

@@ -39,6 +39,7 @@ struct SceneEntity {
 struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;  ///< In the order of their first instances.
     std::vector<std::size_t> entity_of_instance;         ///< Index in `entities`, by Scene::instances.
+    std::shared_ptr<const LightFilters> filters;         ///< Of Scene::filters; null: none.
     std::vector<std::string> warnings;  ///< Findings in meshes, except open edges of flat sheets.
 
     /// Returns the entity of instance `i` of Scene::instances.

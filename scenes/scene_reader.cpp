@@ -105,8 +105,26 @@ Surroundings parsed_surroundings(TomlTable table, const std::filesystem::path& f
     };
     surroundings.z_up = !take_word("up", "y", "z");
     surroundings.left_handed = take_word("handedness", "left", "right");
+    std::string other;
+    table.take("folder", other);
+    if (!other.empty()) {
+        surroundings.folder = (folder / other).lexically_normal();
+        std::error_code failure;
+        if (!std::filesystem::is_directory(surroundings.folder, failure))
+            table.refuse("folder", fmt::format("povray.folder is {}: there is no such folder",
+                                               surroundings.folder.string()));
+    }
     table.finish();
     return surroundings;
+}
+
+SceneFilter parsed_filter(TomlTable table, const std::filesystem::path& folder) {
+    SceneFilter filter;
+    table.require("mesh");
+    table.take("mesh", filter.mesh, folder);
+    table.take("colour", filter.colour, {0, 1});
+    table.finish();
+    return filter;
 }
 
 // Reads a POV-Ray finish, with POV-Ray's defaults.
@@ -454,6 +472,7 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     if (const toml::table* povray = root.take_table("povray"))
         scene.surroundings = parsed_surroundings(TomlTable(*povray, "povray", file), folder);
     const toml::array* lamps = root.take_array("lights");
+    const toml::array* filters = root.take_array("filters");
     const toml::array* keyframes = root.take_array("keyframes");
     root.finish();
     if (file.error) return *file.error;
@@ -461,6 +480,9 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     if (lamps != nullptr)
         for (TomlTable& lamp : tables_of(*lamps, "lights", file))
             scene.lamps.push_back(parsed_lamp(std::move(lamp), scene.instances, scene.lamps));
+    if (filters != nullptr)
+        for (TomlTable& filter : tables_of(*filters, "filters", file))
+            scene.filters.push_back(parsed_filter(std::move(filter), folder));
     if (keyframes != nullptr)
         for (TomlTable& keyframe : tables_of(*keyframes, "keyframes", file)) {
             if (keyframe.has("light"))

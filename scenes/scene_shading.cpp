@@ -19,6 +19,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
     shaded.environment = std::move(environment);
     shaded.eye = scene_camera(scene, entities).position;
     shaded.lamps = lamps_of(scene.lamps);
+    shaded.filters = entities.filters;
     return shaded;
 }
 

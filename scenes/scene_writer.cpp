@@ -241,6 +241,15 @@ std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
     return text + "\n";
 }
 
+std::string povray_text(const Surroundings& surroundings, const std::filesystem::path& folder) {
+    std::string text = fmt::format("[povray]\nscene = {}\nup = \"{}\"\nhandedness = \"{}\"\n",
+                                   path_text(surroundings.file, folder), surroundings.z_up ? "z" : "y",
+                                   surroundings.left_handed ? "left" : "right");
+    if (!surroundings.folder.empty())
+        text += fmt::format("folder = {}\n", path_text(surroundings.folder, folder));
+    return text + "\n";
+}
+
 }  // namespace
 
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
@@ -261,10 +270,11 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
     for (const Keyframe& keyframe : scene.keyframes) text += keyframe_text(scene, keyframe);
     for (const SceneLamp& lamp : scene.lamps) text += lamp_text(scene, lamp);
+    for (const SceneFilter& filter : scene.filters)
+        text += fmt::format("[[filters]]\nmesh = {}\ncolour = {}\n\n", path_text(filter.mesh, folder),
+                            list_of(filter.colour));
     if (const std::optional<Surroundings>& surroundings = scene.surroundings)
-        text += fmt::format("[povray]\nscene = {}\nup = \"{}\"\nhandedness = \"{}\"\n\n",
-                            path_text(surroundings->file, folder), surroundings->z_up ? "z" : "y",
-                            surroundings->left_handed ? "left" : "right");
+        text += povray_text(*surroundings, folder);
     text.pop_back();
     return text;
 }

@@ -228,7 +228,9 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
         "[entities.box]\nmesh = \"box.obj\"\n[[instances]]\nentity = \"box\"\n"
         "[environment]\nsky = {}\n[povray]\n";
     const auto read = [&](const std::string& keys) { return read_scene(write("box.toml", start + keys)); };
-    const Result<Scene> scene = read("scene = \"user.pov\"\nup = \"z\"\nhandedness = \"right\"\n");
+    const Result<Scene> scene = read(
+        "scene = \"user.pov\"\nup = \"z\"\nhandedness = \"right\"\nfolder = \".\"\n"
+        "[[filters]]\nmesh = \"box.obj\"\ncolour = [0.5, 1, 0]\n");
     ASSERT_TRUE(scene) << scene.error().message();
     ASSERT_TRUE(scene->surroundings);
     EXPECT_TRUE(scene->surroundings->z_up);
@@ -239,6 +241,10 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
     EXPECT_TRUE(again->surroundings->z_up);
     EXPECT_FALSE(again->surroundings->left_handed);
     EXPECT_TRUE(std::filesystem::equivalent(again->surroundings->file, user));
+    EXPECT_TRUE(std::filesystem::equivalent(again->surroundings->folder, folder_.path()));
+    ASSERT_EQ(again->filters.size(), 1u);
+    EXPECT_TRUE(std::filesystem::equivalent(again->filters[0].mesh, folder_ / "box.obj"));
+    EXPECT_EQ(again->filters[0].colour, Rgb(0.5f, 1, 0));
     const Result<Scene> usual = read("scene = \"user.pov\"\n");
     ASSERT_TRUE(usual) << usual.error().message();
     EXPECT_TRUE(usual->surroundings->left_handed && !usual->surroundings->z_up);
@@ -246,7 +252,11 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
          {std::pair("", "povray.scene is missing"),
           {"scene = \"missing.pov\"\n", "missing.pov"},
           {"scene = \"user.pov\"\nup = \"x\"\n", "povray.up is \"x\"; expected \"y\" or \"z\""},
-          {"scene = \"user.pov\"\nhandedness = 1\n", "povray.handedness"}}) {
+          {"scene = \"user.pov\"\nhandedness = 1\n", "povray.handedness"},
+          {"scene = \"user.pov\"\nfolder = \"user.pov\"\n", "there is no such folder"},
+          {"scene = \"user.pov\"\n[[filters]]\ncolour = [1, 1, 1]\n", "filters[0].mesh is missing"},
+          {"scene = \"user.pov\"\n[[filters]]\nmesh = \"box.obj\"\ncolour = [2, 1, 1]\n",
+           "filters[0].colour"}}) {
         const Result<Scene> wrong = read(keys);
         ASSERT_FALSE(wrong) << keys;
         EXPECT_NE(wrong.error().message().find(message), std::string::npos) << wrong.error().message();

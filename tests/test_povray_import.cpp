@@ -357,6 +357,30 @@ TEST_F(PovrayImportTest, TransparentObjectsAreNamedWithTheirLine) {
     })) << testing::PrintToString(warnings);
 }
 
+TEST_F(PovrayImportTest, TransparentObjectsFilterLightAndStayInPovray) {
+    const Scene& scene = imported().scene;
+    ASSERT_EQ(scene.filters.size(), 1u);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.filters[0].colour[c], 0.9, 0.002);
+    const ImportedMesh ball = *read_mesh(scene.filters[0].mesh);
+    for (const Vec3f& p : ball.mesh.positions) EXPECT_NEAR((p - Vec3f(0, 2, 0)).length(), 0.5, 0.005);
+
+    ASSERT_TRUE(scene.surroundings);
+    EXPECT_TRUE(scene.surroundings->left_handed);
+    // Rendered by itself, the scene shows the ball and the sky, but not the opaque objects.
+    const std::filesystem::path picture = scene.surroundings->file.parent_path() / "picture.png";
+    const Result<Done> rendered = render_sandboxed(
+        scene.surroundings->file, {scene.surroundings->file.parent_path(), scene.surroundings->folder},
+        picture, {"+W80", "+H60"}, {});
+    ASSERT_TRUE(rendered) << rendered.error().message();
+    const Result<Image> shown = read_image(picture);
+    ASSERT_TRUE(shown) << shown.error().message();
+    const auto pixel = [&](int x, int y) { return shown->pixels[std::size_t(y * shown->width + x)]; };
+    const Rgb sky = pixel(2, 2);
+    EXPECT_NEAR(sky.z, 0.4, 0.01);
+    EXPECT_GT((pixel(40, 8) - sky).length(), 0.01) << "the ball";
+    EXPECT_LT((pixel(40, 30) - sky).length(), 0.005) << "no box";
+}
+
 TEST(PovrayImport, ReflectionsStayReflections) {
     const auto imported = imported_text(
         "povray_mirror",

@@ -150,10 +150,11 @@ Result<Done> render_in_place(const std::filesystem::path& png, const PlacedBake&
     if (options.antialiasing > 0)
         arguments.insert(arguments.end(), {"+A0.1", "+AM1", fmt::format("+R{}", options.antialiasing), "-J"});
     const Stopwatch watch;
-    const std::filesystem::path folder = std::filesystem::absolute(placed.scene).parent_path();
-    HF_TRY_DONE(render_sandboxed(placed.scene,
-                                 {folder, std::filesystem::absolute(scene.surroundings->file).parent_path()},
-                                 png, std::move(arguments), povray, context.progress));
+    std::vector<std::filesystem::path> folders;
+    for (const std::filesystem::path& file : {placed.scene, scene.surroundings->file})
+        folders.push_back(std::filesystem::absolute(file).parent_path());
+    if (!scene.surroundings->folder.empty()) folders.push_back(scene.surroundings->folder);
+    HF_TRY_DONE(render_sandboxed(placed.scene, folders, png, std::move(arguments), povray, context.progress));
     context.report["place"]["image"] = png.string();
     context.print("image  {}: {} with the baked objects, rendered in {:.1f} s\n", png.string(),
                   scene.surroundings->file.filename().string(), watch.elapsed().wall);

@@ -22,8 +22,9 @@ namespace {
 constexpr double far_factor = 10;  // Objects this much farther than all nearer ones are distant.
 constexpr double cut_factor = 30;  // Where infinite objects are cut, relative to the farthest near object.
 constexpr std::size_t most_objects = 3000;
-constexpr std::size_t many = 8;  // Objects of one statement that become one entity.
-constexpr float mostly_transparent = 0.4f, slightly_transparent = 0.05f;
+constexpr std::size_t many = 8;                // Objects of one statement that become one entity.
+constexpr float mostly_transparent = 0.5f;     // Of one surface, in one channel.
+constexpr float slightly_transparent = 0.05f;  // Of an object.
 constexpr int environment_width = 1024;
 constexpr int finer_grids = 2;  // How often the grids of objects with thin parts are doubled.
 
@@ -143,6 +144,7 @@ public:
         if (result_.scene.entities.empty())
             return Error{queries_.file().string(),
                          "all its objects are transparent; expected opaque objects"};
+        HF_TRY_DONE(write_live());
         share_vertices();
         add_lights();
         set_camera();
@@ -351,14 +353,15 @@ private:
     Result<Done> add_entities(const std::vector<ObjectSurface>& surfaces,
                               const std::vector<MeasuredFinish>& finishes) {
         std::map<std::size_t, std::vector<std::size_t>> by_statement;
+        std::vector<std::size_t> transparent;
         for (const ObjectSurface& surface : surfaces)
             for (const Vec3f& position : surface.positions)
                 (is_cut(surface.object) ? cut_bounds_ : bounds_).add(Vec3f(world_.point(Vec3d(position))));
         for (std::size_t s = 0; s < surfaces.size(); ++s) {
             const std::size_t at = survey_.objects[surfaces[s].object].statement;
-            if (surfaces[s].transmittance > mostly_transparent) {
-                ++result_.transparent;
-                warn(at, "is transparent; left out");
+            const Rgb& filter = surfaces[s].filter;
+            if (std::max({filter.x, filter.y, filter.z}) > mostly_transparent) {
+                transparent.push_back(s);
                 continue;
             }
             if (surfaces[s].transmittance > slightly_transparent)
@@ -379,7 +382,68 @@ private:
             }
             result_.surfaces += members.size();
         }
+        for (const std::size_t s : transparent) HF_TRY_DONE(keep_live(surfaces[s]));
+        result_.transparent = transparent.size();
         return Done{};
+    }
+
+    /// Adds a transparent object as a filter, and remembers it for write_live.
+    Result<Done> keep_live(ObjectSurface surface) {
+        const std::size_t at = survey_.objects[surface.object].statement;
+        live_.push_back(surface.object);
+        warn(at, keeps_scene() ? "is transparent; not baked, but in place in POV-Ray's picture"
+                               : "is transparent; not baked, but filters light");
+        SceneFilter filter;
+        filter.mesh = folder_ / fmt::format("{}_{}.ply", name_, entity_name(at));
+        filter.colour = surface.filter;
+        // Glass has thin walls, and triangles of filters cost little.
+        GridRequest finer = request_of(surface.object);
+        finer.cells *= 2;
+        const Result<ObjectSurfaces> sampled =
+            object_surfaces(queries_, {&finer, 1}, options_.object_seconds, progress_);
+        if (progress_.stop.stop_requested()) return interruption();
+        if (sampled && !sampled->surfaces.empty()) surface = sampled->surfaces.front();
+        surface.colours.assign(surface.positions.size(), Rgb(1.0f));
+        surface.uvs.clear();
+        for (std::size_t v = 0; v < surface.positions.size(); ++v) {
+            surface.positions[v] = Vec3f(world_.point(Vec3d(surface.positions[v])));
+            surface.normals[v] = Vec3f(world_.normal(Vec3d(surface.normals[v])));
+        }
+        if (world_.is_mirrored())
+            for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
+        result_.scene.filters.push_back(filter);
+        return write_surface_ply(filter.mesh, surface);
+    }
+
+    /// True if surroundings with the transparent objects can be written: their units are metres.
+    bool keeps_scene() const { return scale_ == 1 && options_.queries.wrap.object.empty(); }
+
+    /// Writes the transparent objects as POV-Ray's objects, with lights, sky and camera.
+    Result<Done> write_live() {
+        if (live_.empty() || !keeps_scene()) return Done{};
+        std::ranges::sort(live_);
+        std::vector<int> rows(live_.back() + 1, 0);
+        for (const std::size_t object : live_) rows[object] = 1;
+        SceneQuery query;
+        query.lights = query.sky = query.camera = query.extras = true;
+        query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
+                                    rows.size(), fmt::join(rows, ","));
+        query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+        if (gamma_.exponent != 1) {
+            // Baked colours are linear.
+            query.suffix = "\n#version 3.7;\nglobal_settings{assumed_gamma 1}\n";
+            result_.warnings.emplace_back(
+                "assumed_gamma is not 1: transparent objects and the sky have other colours beside the bake");
+        }
+        Surroundings surroundings;
+        const std::string live = name_ + "_live";
+        surroundings.file = folder_ / live / (live + ".pov");
+        surroundings.folder = std::filesystem::absolute(queries_.file()).parent_path().lexically_normal();
+        const SceneFrame frame = scene_frame(survey_.camera, options_.z_up);
+        surroundings.z_up = frame.z_up;
+        surroundings.left_handed = frame.left_handed;
+        result_.scene.surroundings = surroundings;
+        return queries_.write_files(query, surroundings.file);
     }
 
     Result<Done> add_entity(std::size_t at, ObjectSurface surface, const MeasuredFinish& finish) {
@@ -578,6 +642,7 @@ private:
     AffineMap world_;
     std::filesystem::path pigment_image_;  ///< Empty: no surface is patterned.
     std::set<std::string> names_;
+    std::vector<std::size_t> live_;           ///< Transparent objects.
     std::vector<std::size_t> vertex_counts_;  ///< By entity.
     Bounds bounds_, cut_bounds_;  ///< In the scene: of the finite objects, and of those that are cut.
     ImportedPovrayScene result_;

@@ -33,7 +33,7 @@ struct ImportedPovrayScene {
     std::size_t objects = 0;            ///< That the file creates.
     std::size_t surfaces = 0;           ///< Objects that have become meshes.
     std::size_t distant = 0;            ///< Objects that are part of the environment only.
-    std::size_t transparent = 0;        ///< Objects that were left out because they are transparent.
+    std::size_t transparent = 0;        ///< Objects that are not baked because they are transparent.
     std::vector<std::size_t>
         mesh_objects;  ///< Indices of the objects that have become meshes, in rising order.
     std::vector<std::size_t> distant_objects;  ///< Indices of objects that are only in the environment.
@@ -43,16 +43,20 @@ struct ImportedPovrayScene {
 /// Imports a scene that POV-Ray evaluates: macros, loops and all kinds of objects.
 ///
 /// Objects become meshes with the finish as material. Pigments that vary become one image for all objects;
-/// others become vertex colours. Objects that a loop
-/// creates in large numbers become one mesh per statement. Infinite objects are cut at thirty times the
-/// distance of the finite ones as seen from the camera; beyond, they are part of the environment. So are
-/// objects ten times as far away as all nearer ones, background, sky_sphere and fog.
+/// others become vertex colours. Objects that a loop creates in large numbers become one mesh per
+/// statement. Infinite objects are cut at thirty times the distance of the finite ones as seen from the
+/// camera; beyond, they are part of the environment. So are objects ten times as far away as all nearer
+/// ones, background, sky_sphere and fog.
+///
+/// Transparent objects are not baked. They filter the light of lamps, and remain POV-Ray's objects in a scene
+/// that becomes the surroundings, with the file's lights and sky.
 ///
 /// Left-handed coordinates become right-handed, so that pictures are not mirrored. An upward z axis becomes
 /// y.
 ///
 /// name    names of files begin with it.
-/// writes  `NAME_OBJECT.ply` for each entity, `NAME_pigments.png` and `NAME_environment.exr` in `folder`.
+/// writes  `NAME_OBJECT.ply` for each entity and filter, `NAME_pigments.png`, `NAME_environment.exr` and the
+///         folder `NAME_live` in `folder`.
 /// errors  those of SceneQueries; no object has a surface; errors of the file system.
 /// cost    about ten runs of POV-Ray, and the sampling of each object.
 Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& file,

@@ -37,6 +37,28 @@ ProbeRay inward_ray(const ObjectLattice& lattice, const ObjectSurface& surface, 
     return {index, point + normal * ObjectLattice::start_distance, -normal};
 }
 
+/// Returns the number of triangles behind a vertex, in the direction of its inward ray, and the vertex
+/// itself.
+int surfaces_behind(const GridFrame& frame, const ObjectSurface& surface, std::size_t vertex,
+                    const Vec3d& point) {
+    const Vec3d direction = -frame.local_normal(Vec3d(surface.normals[vertex]));
+    int count = 1;
+    for (const auto& triangle : surface.triangles) {
+        const auto corner = [&](std::size_t c) {
+            return frame.local_point(Vec3d(surface.positions[triangle[c]]));
+        };
+        const Vec3d a = corner(0), u = corner(1) - a, v = corner(2) - a, across = direction.cross(v),
+                    to = point - a;
+        const double determinant = u.dot(across);
+        if (determinant == 0) continue;
+        const Vec3d along = to.cross(u);
+        const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant;
+        constexpr double nearest = 0.3;  // The vertex's own triangles. [cells]
+        if (s >= 0 && t >= 0 && s + t < 1 && v.dot(along) / determinant > nearest) ++count;
+    }
+    return count;
+}
+
 /// Returns up to `most` vertices, evenly spaced.
 std::vector<std::size_t> some_vertices(const ObjectSurface& surface, std::size_t most) {
     const std::size_t count = surface.positions.size(), step = std::max<std::size_t>(1, count / most);
@@ -173,13 +195,23 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
     HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
     const std::vector<Rgb> bright = ObjectLattice::colours(answer, rays.size());
     std::vector<double> sums(surfaces.size(), 0), counts(surfaces.size(), 0);
+    std::vector<std::array<std::vector<double>, 3>> filters(surfaces.size());
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto& [s, v] = chosen[i];
-        sums[s] += std::max(0.0, mean_of(bright[i] - surfaces[s].colours[v]));
+        Rgb passed = bright[i] - surfaces[s].colours[v];
+        for (int c = 0; c < 3; ++c) passed[c] = std::clamp(passed[c], 0.0f, 1.0f);
+        sums[s] += mean_of(passed);
         counts[s] += 1;
+        const GridFrame& frame = lattice.frame(s);
+        const Vec3d place = frame.local_point(Vec3d(surfaces[s].positions[v]));
+        const double share = passed == Rgb(0.0f) ? 1 : 1.0 / surfaces_behind(frame, surfaces[s], v, place);
+        for (int c = 0; c < 3; ++c) filters[s][std::size_t(c)].push_back(std::pow(double(passed[c]), share));
     }
-    for (std::size_t s = 0; s < surfaces.size(); ++s)
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
         surfaces[s].transmittance = static_cast<float>(sums[s] / std::max(1.0, counts[s]));
+        for (int c = 0; c < 3; ++c)
+            surfaces[s].filter[c] = static_cast<float>(median(std::move(filters[s][std::size_t(c)])));
+    }
     return Done{};
 }
 

@@ -17,9 +17,9 @@ namespace {
 /// POV-Ray's text that traces the lines of a grid. HF_G holds the parameters of the objects, HF_R their rows.
 constexpr const char* trace_macros = R"(
 #macro HF_Line(HF_O,HF_D,HF_E,HF_L)
-  #local HF_T=HF_O; #local HF_C=0; #local HF_S=0;
+  #local HF_T=HF_O; #local HF_C=0; #local HF_S=0; #local HF_V=HF_O;
   #while(HF_C<100)
-    #local HF_M=<0,0,0>;
+    #local HF_M=<0,0,0>; #local HF_M2=<0,0,0>;
     #local HF_P=trace(HF_B,HF_T,HF_D,HF_M);
     #if(vlength(HF_M)<0.5)
       #local HF_C=1000;
@@ -35,6 +35,14 @@ constexpr const char* trace_macros = R"(
           #local HF_Q=HF_P-HF_W*0.02; #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
           #local HF_Q=HF_P+HF_W*0.02; #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
         #end
+        #if(HF_X=HF_Y)
+          // Polynomials count as inside where they are less than 1e-3, which can be far from the surface.
+          #local HF_Q=0.5*(HF_V+HF_P); #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+          #local HF_Z=trace(HF_B,HF_P+HF_D*0.001,HF_D,HF_M2);
+          #if(vlength(HF_M2)<0.5) #local HF_Z=HF_P+HF_D*(HF_E-HF_K); #end
+          #local HF_Q=0.5*(HF_P+HF_Z); #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
+        #end
+        #local HF_V=HF_P;
         #if(HF_X!=HF_Y) #local HF_S=1; #end
         #write(HF_H,HF_L," ",str(HF_K,0,6)," ",str(HF_M.x,0,5)," ",str(HF_M.y,0,5)," ",str(HF_M.z,0,5)," ",
                str(HF_X*2+HF_Y,0,0),"\n")

@@ -62,17 +62,12 @@ std::vector<float> texel_sizes(const ObjectSurface& surface, const std::optional
 
 /// Replaces the vertices of a surface by those of its charts.
 void chart(const ChartedSurface& charted, ObjectSurface& surface) {
-    ObjectSurface old = std::move(surface);
-    surface = {old.object,
-               {},
-               {},
-               charted.triangles,
-               {},
-               charted.uvs,
-               old.transmittance,
-               old.sheet_triangles,
-               old.double_edges,
-               old.missed_edges};
+    const ObjectSurface old = surface;
+    surface.triangles = charted.triangles;
+    surface.uvs = charted.uvs;
+    surface.positions.clear();
+    surface.normals.clear();
+    surface.colours.clear();
     for (const std::uint32_t v : charted.originals) {
         surface.positions.push_back(old.positions[v]);
         surface.normals.push_back(old.normals[v]);

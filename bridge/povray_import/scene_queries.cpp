@@ -20,6 +20,7 @@ namespace haarfield {
 namespace {
 
 constexpr const char *plain_folder = "hf_plain", *emissive_folder = "hf_emissive";
+constexpr const char *prelude_file = "hf_prelude.inc", *suffix_file = "hf_suffix.inc";
 
 constexpr const char* common_prelude = R"(
 #declare HF_N=0;
@@ -121,6 +122,31 @@ std::optional<std::size_t> last_object(const std::string& log) {
 /// Returns the main file of a rewritten scene.
 std::string input_of(const SceneQuery& query) {
     return fmt::format("{}/hf_scene.pov", query.pigments ? emissive_folder : plain_folder);
+}
+
+/// Returns what is included in front of a rewritten scene.
+std::string prelude_text(const SceneQuery& query) {
+    std::string prelude;
+    for (const auto& [name, is_on] : {std::pair("HF_Survey", query.survey),
+                                      {"HF_Lights", query.lights},
+                                      {"HF_Sky", query.sky},
+                                      {"HF_Camera", query.camera},
+                                      {"HF_Settings", query.settings},
+                                      {"HF_Extras", query.extras}})
+        prelude += fmt::format("#declare {}={};\n", name, is_on ? 1 : 0);
+    prelude += common_prelude;
+    if (query.survey) prelude += "#fopen HF_F \"hf_survey.txt\" write\n";
+    prelude += fmt::format("#macro HF_Put(HF_I) {} #declare HF_N=HF_N+1; #end\n", query.put);
+    if (query.pigments) prelude += "#default{finish{ambient 0 diffuse 0 emission 1}}\n";
+    prelude += query.prelude;
+    return prelude;
+}
+
+/// Returns what is included behind a rewritten scene.
+std::string suffix_text(const SceneQuery& query) {
+    std::string suffix = query.suffix;
+    if (query.survey) suffix += "\n#write(HF_F,\"\\nend\\n\")\n#fclose HF_F\n";
+    return suffix;
 }
 
 /// Runs POV-Ray in its sandbox.
@@ -238,6 +264,17 @@ Result<std::string> SceneQueries::written(const std::string& name) const {
     return read_whole_file(scratch() / name, std::uint64_t{1} << 30);
 }
 
+Result<Done> SceneQueries::write_files(const SceneQuery& query, const std::filesystem::path& main) const {
+    const std::filesystem::path folder = main.parent_path();
+    HF_TRY_DONE(make_folder(folder));
+    for (const WrappedScene::File& file : scene_.files) {
+        const bool is_main = &file == &scene_.files.front();
+        HF_TRY_DONE(write_file(is_main ? main : folder / file.name, file.text));
+    }
+    HF_TRY_DONE(write_file(folder / prelude_file, prelude_text(query)));
+    return write_file(folder / suffix_file, suffix_text(query));
+}
+
 Result<SceneAnswer> SceneQueries::answer(const SceneQuery& query, const Progress& progress) const {
     return picture(query, input_of(query), progress);
 }
@@ -264,23 +301,8 @@ Result<std::filesystem::path> SceneQueries::rendered_exr(const SceneQuery& query
 
 Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string& input,
                                       const std::string& format, const Progress& progress) const {
-    std::string prelude;
-    for (const auto& [name, is_on] : {std::pair("HF_Survey", query.survey),
-                                      {"HF_Lights", query.lights},
-                                      {"HF_Sky", query.sky},
-                                      {"HF_Camera", query.camera},
-                                      {"HF_Settings", query.settings},
-                                      {"HF_Extras", query.extras}})
-        prelude += fmt::format("#declare {}={};\n", name, is_on ? 1 : 0);
-    prelude += common_prelude;
-    if (query.survey) prelude += "#fopen HF_F \"hf_survey.txt\" write\n";
-    prelude += fmt::format("#macro HF_Put(HF_I) {} #declare HF_N=HF_N+1; #end\n", query.put);
-    if (query.pigments) prelude += "#default{finish{ambient 0 diffuse 0 emission 1}}\n";
-    prelude += query.prelude;
-    std::string suffix = query.suffix;
-    if (query.survey) suffix += "\n#write(HF_F,\"\\nend\\n\")\n#fclose HF_F\n";
-    HF_TRY_DONE(write_file(scratch() / "hf_prelude.inc", prelude));
-    HF_TRY_DONE(write_file(scratch() / "hf_suffix.inc", suffix));
+    HF_TRY_DONE(write_file(scratch() / prelude_file, prelude_text(query)));
+    HF_TRY_DONE(write_file(scratch() / suffix_file, suffix_text(query)));
 
     const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path().lexically_normal();
     const char* const variant = query.pigments ? emissive_folder : plain_folder;

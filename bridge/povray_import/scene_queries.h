@@ -78,6 +78,10 @@ public:
     /// returns  the file, in the scratch folder.
     Result<std::filesystem::path> rendered_exr(const SceneQuery& query, const Progress& progress = {}) const;
 
+    /// Writes a query as files that POV-Ray can render without this program: the main one, and its includes,
+    /// whose names begin with `hf_`. POV-Ray needs the scene's folder as +L.
+    Result<Done> write_files(const SceneQuery& query, const std::filesystem::path& main) const;
+
     /// Returns the lines of a file that POV-Ray wrote into the scratch folder.
     ///
     /// errors  no such file; more than 1 GiB.

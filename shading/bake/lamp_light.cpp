@@ -68,12 +68,12 @@ void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed, std::span<c
         if (whole[i] != Outgoing()) lit = static_cast<std::uint16_t>(lit | 1u << i);
     }
     std::uint16_t shadowed = 0;
-    std::array<float, packet> visibility;
-    visibility.fill(1);
+    std::array<Rgb, packet> visibility;
+    visibility.fill(Rgb(1.0f));
     for (std::size_t i = 0; i < receivers.size(); ++i)
         if ((lit >> i & 1u) && can_be_shadowed(lamp, light[i])) {
             shadowed = static_cast<std::uint16_t>(shadowed | 1u << i);
-            visibility[i] = 0;
+            visibility[i] = Rgb(0.0f);
         }
     if (shadowed != 0) {
         std::array<Vec3f, packet> ends;
@@ -84,7 +84,7 @@ void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed, std::span<c
                 from, shadowed, std::span(ends).first(receivers.size()), instance_left_out(lamp));
             for (std::size_t i = 0; i < receivers.size(); ++i)
                 if ((shadowed >> i & 1u) && !(blocked >> i & 1u))
-                    visibility[i] += static_cast<float>(place.weight);
+                    visibility[i] += rays.transmitted(from[i], ends[i]) * static_cast<float>(place.weight);
         }
     }
     for (std::size_t i = 0; i < receivers.size(); ++i)
@@ -123,12 +123,13 @@ Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const S
         if (lamp.shadowless) whole.specular = Vec3d(0.0);
         if (whole == Components<Vec3d>()) continue;
         const bool is_shadowed = can_be_shadowed(lamp, light);
-        double visibility = is_shadowed ? 0 : 1;
+        Vec3d visibility(is_shadowed ? 0.0 : 1.0);
         if (is_shadowed)
-            for (const LampPlace& place : placed.places)
-                if (!rays.is_blocked_from(at.from, ray_end(placed, place, light, at.from),
-                                          instance_left_out(lamp)))
-                    visibility += place.weight;
+            for (const LampPlace& place : placed.places) {
+                const Vec3f end = ray_end(placed, place, light, at.from);
+                if (!rays.is_blocked_from(at.from, end, instance_left_out(lamp)))
+                    visibility += Vec3d(rays.transmitted(at.from, end)) * place.weight;
+            }
         radiance += whole * visibility;
     }
     return radiance;

@@ -8,7 +8,7 @@
 
 namespace haarfield {
 
-/// Adds the light of unoccluded lamps to the outgoing radiance of each receiver.
+/// Adds the light of unoccluded lamps, behind filters, to the outgoing radiance of each receiver.
 ///
 /// receivers  neighbours in space next to each other.
 /// radiance   by receiver. [W/(m^2 sr)]

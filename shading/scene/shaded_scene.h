@@ -10,9 +10,12 @@
 #include "shading/scene/material.h"
 #include "shading/walk/wide_tree.h"
 
+#include <memory>
 #include <span>
 
 namespace haarfield {
+
+class LightFilters;
 
 /// A kind of object. The pointers must outlive the rendering.
 struct ShadedEntity {
@@ -41,6 +44,7 @@ struct ShadedScene {
     Environment environment;  ///< Cleaned and rotated.
     Vec3f eye{0, 0, 0};       ///< Viewpoint of specular reflection.
     std::vector<Lamp> lamps{};
+    std::shared_ptr<const LightFilters> filters{};  ///< Of the lamps' light; null: none.
 };
 
 /// The representation of occlusion by other instances. Instances of few triangles

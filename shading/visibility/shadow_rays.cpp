@@ -25,6 +25,7 @@ std::uint16_t with_points(std::uint16_t wanted, std::span<const Vec3f> points) {
 
 void ShadowRays::build(const ShadedScene& scene) {
     triangles_ = {};
+    filters_ = scene.filters;
     for (const ShadedEntity& entity : scene.entities) {
         const Occluder& original = entity.occlusion->original();
         triangles_.add_entity(original.positions(), original.triangles());

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "shading/visibility/instanced_triangles.h"
+#include "shading/visibility/light_filters.h"
 
 namespace haarfield {
 
@@ -54,8 +55,14 @@ public:
     /// Tests one point against a place in the scene.
     bool is_blocked_from(const Vec3f& point, const Vec3f& end, std::size_t without = no_instance) const;
 
+    /// Returns the fraction of a lamp's light that passes the scene's filters; see LightFilters.
+    Rgb transmitted(const Vec3f& point, const Vec3f& end) const {
+        return filters_ ? filters_->transmitted(point, end) : Rgb(1.0f);
+    }
+
 private:
     InstancedTriangles triangles_;
+    std::shared_ptr<const LightFilters> filters_;
 };
 
 }  // namespace haarfield

@@ -1,0 +1,45 @@
+#pragma once
+/// Transparent surfaces that filter the light of lamps, such as glass.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fields/base/embree_device.h"
+
+struct RTCSceneTy;
+
+namespace haarfield {
+
+/// Triangles in the world, each with the fraction of light that passes it. Light is not refracted, as in
+/// POV-Ray's shadows without photons. Threads may share it once it is committed.
+class LightFilters {
+public:
+    /// Adds a mesh.
+    ///
+    /// positions  [m]
+    /// colour     fraction of light that passes each triangle, in [0, 1].
+    void add(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
+             const Rgb& colour);
+
+    /// Builds the acceleration structure; call it after the last addition.
+    ///
+    /// cost  about 0.3 us per triangle.
+    void commit();
+
+    /// Returns the fraction of light that passes all triangles between two points.
+    ///
+    /// accuracy  surfaces nearer to each other than 2e-6 of their distance from `from` count once; those of
+    ///           one mesh that face the same side, than 1e-4.
+    /// cost      40 ns, and as much for each crossing.
+    Rgb transmitted(const Vec3f& from, const Vec3f& end) const;
+
+private:
+    EmbreeDevice device_;
+    std::shared_ptr<RTCSceneTy> scene_;
+    std::vector<Rgb> colours_;  // By geometry.
+};
+
+}  // namespace haarfield
