@@ -6,6 +6,7 @@
 #include "bridge/povray/baked_scene.h"
 #include "bridge/povray/povray_process.h"
 #include "bridge/povray/reference_scene.h"
+#include "shading/bake/ray_renderer.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_scene.h"
 
@@ -104,8 +105,9 @@ TEST(Finish, BakedPicturesEqualPovraysOwn) {
             folder.path(), "reference", camera, {&instance, 1}, example.scene.environment, 1000);
         ASSERT_TRUE(files) << files.error().message();
         const Image reference = picture(files->scene, camera);
-        for (const bool dense : {true, false}) {
-            const auto radiance = dense ? example.dense() : example.radiance();
+        for (const auto& [renderer, radiance] :
+             {std::pair{"dense", example.dense()}, std::pair{"tree", example.radiance()},
+              std::pair{"rays", total(*ray_scene_radiance(example.scene, 1024))}}) {
             const BakedInstance baked_ball{"ball", &mesh, {}, radiance[0]};
             const Result<BakedFiles> baked =
                 write_baked_scene(folder.path(), "baked", camera, {&baked_ball, 1}, {});
@@ -113,8 +115,8 @@ TEST(Finish, BakedPicturesEqualPovraysOwn) {
             const Result<ImageDifference> difference =
                 image_difference(picture(baked->scene, camera), reference);
             ASSERT_TRUE(difference) << difference.error().message();
-            EXPECT_LT(difference->relative_rmse, 0.02) << name << (dense ? ", dense" : ", tree");
-            EXPECT_LT(std::abs(difference->bias), 0.005) << name << (dense ? ", dense" : ", tree");
+            EXPECT_LT(difference->relative_rmse, 0.02) << name << ", " << renderer;
+            EXPECT_LT(std::abs(difference->bias), 0.005) << name << ", " << renderer;
         }
     }
 }

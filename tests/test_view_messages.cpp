@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <regex>
+#include <sstream>
+
+#include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {
@@ -74,6 +78,24 @@ TEST(ViewMessages, ErrorsNameTheMessageThatTheyAnswer) {
         const nlohmann::json answer = answer_to(headless);
         EXPECT_FALSE(answer.contains("about") || answer.contains("number")) << headless;
     }
+}
+
+TEST(ViewMessages, TheProtocolDescribesEachType) {
+    const std::string page = text_of(HAARFIELD_SOURCE_DIR "/tools/view/PROTOCOL.md");
+    const std::size_t first = page.find("## Texts to the server"), last = page.find("## Texts from", first);
+    ASSERT_LT(first, last);
+    std::istringstream lines(page.substr(first, last - first));
+    std::vector<std::string> described;
+    for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with("| `")) continue;
+        const std::string cell = line.substr(0, line.find('|', 1));
+        const std::regex type("`([^`]*)`");
+        for (std::sregex_iterator found(cell.begin(), cell.end(), type); found != std::sregex_iterator();
+             ++found)
+            described.push_back((*found)[1]);
+    }
+    std::ranges::sort(described);
+    EXPECT_EQ(described, message_types());
 }
 
 // The error names the key and cuts long keys, possibly within a character.

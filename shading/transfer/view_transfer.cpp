@@ -82,6 +82,7 @@ void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction
 Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf, const Vec3f& normal,
                               const Vec3f& mirror) {
     Interpolation result;
+    static_assert(4 * most_lobes <= Interpolation{}.sample.size());  // lobe_interpolation returns 4 samples
     for (const Lobe& lobe : brdf.lobes)
         if (lobe.weight > 0)
             add_lobe(vectors, lobe.mirror_exponent(), mirror,

@@ -1,13 +1,10 @@
 #include "tools/view/messages.h"
 
-#include "fields/base/range.h"
 #include "scenes/povray_finish.h"
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
+#include "tools/view/message_reader.h"
+#include "tools/view/scene_editor.h"
 
 #include <map>
-#include <set>
 
 namespace haarfield {
 namespace {
@@ -16,153 +13,31 @@ using Json = nlohmann::json;
 
 constexpr Range shares{0, 1};
 
-/// Reads the keys of a message. After the first error, all further reads do nothing.
-class MessageReader {
-public:
-    explicit MessageReader(const Json& object, std::string name = "")
-        : object_(object), name_(std::move(name)) {}
-
-    bool has(const char* key) const { return object_.contains(key); }
-
-    void take(const char* key, float& value, const Range& range) {
-        if (const Json* found = find(key)) value = static_cast<float>(number(*found, key, range));
-    }
-
-    void take(const char* key, std::uint32_t& value) {
-        const Json* found = find(key);
-        if (!found) return;
-        if (found->is_number_unsigned() && found->get<std::uint64_t>() <= 0xffffffffu)
-            value = found->get<std::uint32_t>();
-        else
-            refuse(key, "a whole number from 0 to 4294967295");
-    }
-
-    void take(const char* key, std::string& value, std::size_t longest = 200) {
-        const Json* found = find(key);
-        if (!found) return;
-        if (found->is_string() && !found->get_ref<const std::string&>().empty() &&
-            found->get_ref<const std::string&>().size() <= longest)
-            value = found->get<std::string>();
-        else
-            refuse(key, fmt::format("a text of 1 to {} bytes", longest));
-    }
-
-    /// Reads a vector or a colour.
-    template <class Vector>
-    void take_three(const char* key, Vector& value, const Range& range) {
-        std::array<double, 3> numbers{};
-        if (take_list(key, numbers, range))
-            for (int i = 0; i < 3; ++i) value[i] = static_cast<float>(numbers[std::size_t(i)]);
-    }
-
-    void take(const char* key, Rotation& value) {
-        std::array<double, 4> q{};
-        if (!take_list(key, q, {-1e3, 1e3})) return;
-        const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-        if (!(length > 1e-6)) return refuse(key, "a quaternion x, y, z, w that is not 0");
-        const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
-        Rotation given;
-        given.row = {Vec3d(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-                     Vec3d(2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-                     Vec3d(2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y))};
-        value = as_degrees(given);  // a saved scene then has bit-identical values
-    }
-
-    /// Reads an object whose keys are read by `use`.
-    template <class Use>
-    void take_part(const char* key, const Use& use) {
-        const Json* found = find(key);
-        if (!found) return;
-        if (!found->is_object()) return refuse(key, "an object");
-        MessageReader part(*found, name_ + key + ".");
-        use(part);
-        part.finish();
-        if (!error_) error_ = part.error_;
-    }
-
-    void require(const char* key) {
-        if (!error_ && !has(key)) error_ = Error{"", fmt::format("{}{} is missing", name_, key)};
-    }
-
-    void refuse(const char* key, const std::string& wanted) {
-        // The message omits values that are long or unusual.
-        if (!error_) error_ = Error{"", fmt::format("{}{} is invalid; expected {}", name_, key, wanted)};
-    }
-
-    /// Rejects keys that were not read.
-    void finish() {
-        for (const auto& [key, value] : object_.items())
-            if (!error_ && !known_.contains(key))
-                error_ = Error{"", fmt::format("unknown key: {}{}", name_, key.substr(0, 40))};
-    }
-
-    const std::optional<Error>& error() const { return error_; }
-
-    const Json* find(const char* key) {
-        known_.insert(key);
-        const auto found = object_.find(key);
-        return error_ || found == object_.end() ? nullptr : &*found;
-    }
-
-private:
-    double number(const Json& value, const char* key, const Range& range) {
-        if (value.is_number() && range.contains(value.get<double>())) return value.get<double>();
-        refuse(key, "a number in " + range.text());
-        return range.lowest;
-    }
-
-    template <std::size_t n>
-    bool take_list(const char* key, std::array<double, n>& numbers, const Range& range) {
-        const Json* found = find(key);
-        if (!found) return false;
-        if (!found->is_array() || found->size() != n) {
-            refuse(key, fmt::format("{} numbers in {}", n, range.text()));
-            return false;
-        }
-        for (std::size_t i = 0; i < n; ++i) numbers[i] = number((*found)[i], key, range);
-        return !error_;
-    }
-
-    const Json& object_;
-    std::string name_;
-    std::set<std::string, std::less<>> known_;
-    std::optional<Error> error_;
-};
-
-Content turned_light(MessageReader& reader) {
-    TurnLight edit{};
+void read_keys(MessageReader& reader, TurnLight& edit) {
     reader.require("rotation");
     reader.take("rotation", edit.turn);
-    return edit;
 }
 
-Content named_lights(MessageReader& reader) {
-    NamedLights lights{};
+void read_keys(MessageReader& reader, NamedLights& lights) {
     reader.require("light");
     reader.take("light", lights.first);
     if (reader.has("second")) reader.take("second", lights.second.emplace());
     reader.take("share", lights.share, shares);
-    return lights;
 }
 
-Content mixed_lights(MessageReader& reader) {
-    MixLights edit{};
+void read_keys(MessageReader& reader, MixLights& edit) {
     reader.require("share");
     reader.take("share", edit.share, shares);
-    return edit;
 }
 
-Content exposure(MessageReader& reader) {
-    SetExposure edit{};
+void read_keys(MessageReader& reader, SetExposure& edit) {
     reader.require("stops");
     const Json* stops = reader.find("stops");
-    if (stops && *stops == "auto") return edit;
+    if (stops && *stops == "auto") return;
     reader.take("stops", edit.stops.emplace(), {-60, 60});
-    return edit;
 }
 
-Content place(MessageReader& reader) {
-    PartialPlace place{};
+void read_keys(MessageReader& reader, PartialPlace& place) {
     reader.require("object");
     reader.take("object", place.object);
     if (reader.has("translate")) reader.take_three("translate", place.translate.emplace(), coordinates);
@@ -170,19 +45,16 @@ Content place(MessageReader& reader) {
     if (reader.has("scale")) reader.take("scale", place.scale.emplace(1.0f), {1e-4, 1e4});
     if (!place.translate && !place.rotate && !place.scale)
         reader.refuse("translate", "at least one of translate, rotation and scale");
-    return place;
 }
 
-template <class ObjectEdit>
-Content of_object(MessageReader& reader) {
-    ObjectEdit edit{};
+template <class T>
+requires std::is_same_v<T, CloneObject> || std::is_same_v<T, DeleteObject>
+void read_keys(MessageReader& reader, T& edit) {
     reader.require("object");
     reader.take("object", edit.object);
-    return edit;
 }
 
-Content material(MessageReader& reader) {
-    SetMaterial edit{};
+void read_keys(MessageReader& reader, SetMaterial& edit) {
     reader.require("name");
     reader.take("name", edit.name);
     if (reader.has("pigment") || reader.has("finish")) {
@@ -191,7 +63,7 @@ Content material(MessageReader& reader) {
         reader.require("finish");
         reader.take_three("pigment", edit.material.pigment, albedos);
         reader.take_part("finish", [&](MessageReader& finish) { take_povray_finish(finish, edit.material); });
-        return edit;
+        return;
     }
     reader.take_three("diffuse", edit.material.diffuse, albedos);
     reader.take_three("specular", edit.material.specular, albedos);
@@ -203,39 +75,31 @@ Content material(MessageReader& reader) {
         edit.material.convention = LobeConvention::povray;
     else if (convention != "physical")
         reader.refuse("convention", "physical or povray");
-    return edit;
 }
 
-Content sky(MessageReader& reader) {
-    SetSky edit{};
+void read_keys(MessageReader& reader, SetSky& edit) {
     for (const char* key : {"turbidity", "sun_elevation", "sun_azimuth"}) reader.require(key);
     reader.take("turbidity", edit.turbidity, {2, 10});
     reader.take("sun_elevation", edit.sun_elevation, {0, 90});
     reader.take("sun_azimuth", edit.sun_azimuth, {-360, 360});
     edit.sun_elevation = radians(edit.sun_elevation);
     edit.sun_azimuth = radians(edit.sun_azimuth);
-    return edit;
 }
 
-Content lamp(MessageReader& reader) {
-    SetLamp edit{};
+void read_keys(MessageReader& reader, SetLamp& edit) {
     for (const char* key : {"name", "colour"}) reader.require(key);
     reader.take("name", edit.name);
     reader.take_three("colour", edit.colour, {0, 1e9});
     if (reader.has("position")) reader.take_three("position", edit.position.emplace(), coordinates);
-    return edit;
 }
 
-Content own_part(MessageReader& reader) {
-    EditPartMaterial part{};
+void read_keys(MessageReader& reader, EditPartMaterial& part) {
     for (const char* key : {"object", "part"}) reader.require(key);
     reader.take("object", part.object);
     reader.take("part", part.part);
-    return part;
 }
 
-Content look(MessageReader& reader) {
-    SetView look{};
+void read_keys(MessageReader& reader, SetView& look) {
     for (const char* key : {"position", "target", "vertical_fov", "width", "height"}) reader.require(key);
     reader.take_three("position", look.camera.position, coordinates);
     reader.take_three("target", look.camera.target, coordinates);
@@ -252,69 +116,142 @@ Content look(MessageReader& reader) {
     look.camera.height = static_cast<int>(std::clamp(height, 1u, most));
     if (!((look.camera.target - look.camera.position).length() > 1e-6f))
         reader.refuse("target", "a place that differs from position");
-    return look;
 }
 
-Content selection(MessageReader& reader) {
-    Select select;
+void read_keys(MessageReader& reader, Select& select) {
     reader.require("object");
     const Json* object = reader.find("object");
     if (object && !object->is_null()) reader.take("object", select.object.emplace());
-    return select;
 }
 
-Content shown(MessageReader& reader) {
-    FrameDisplayed shown{};
+void read_keys(MessageReader& reader, FrameDisplayed& shown) {
     reader.require("frame");
     reader.take("frame", shown.frame);
-    return shown;
 }
 
-Content save(MessageReader& reader) {
-    Save save;
+void read_keys(MessageReader& reader, Save& save) {
     if (reader.has("name")) reader.take("name", save.name.emplace(), 100);
-    return save;
 }
 
-Content task(MessageReader& reader) {
+void read_keys(MessageReader& reader, StartTask& task) {
     static const std::map<std::string, TaskKind> kinds{
         {"bake", TaskKind::bake}, {"reference", TaskKind::reference}, {"picture", TaskKind::picture}};
     std::string name;
     reader.require("task");
     reader.take("task", name);
     const auto kind = kinds.find(name);
-    if (kind == kinds.end()) reader.refuse("task", "bake, reference or picture");
-    return StartTask{kind == kinds.end() ? TaskKind::bake : kind->second};
+    if (kind == kinds.end()) return reader.refuse("task", "bake, reference or picture");
+    task.kind = kind->second;
 }
 
-using ContentReader = Content (*)(MessageReader&);
+template <class T>
+requires std::is_empty_v<T>
+void read_keys(MessageReader&, T&) {}
 
-const std::map<std::string, ContentReader, std::less<>> content_readers{
-    {"turn_light", &turned_light},
-    {"light", &named_lights},
-    {"mix", &mixed_lights},
-    {"exposure", &exposure},
-    {"place", &place},
-    {"clone", &of_object<CloneObject>},
-    {"delete", &of_object<DeleteObject>},
-    {"material", &material},
-    {"sky", &sky},
-    {"lamp", &lamp},
-    {"own_material", &own_part},
-    {"look", &look},
-    {"select", &selection},
-    {"undo", [](MessageReader&) -> Content { return StepBack{}; }},
-    {"redo", [](MessageReader&) -> Content { return StepOn{}; }},
-    {"shown", &shown},
-    {"save", &save},
-    {"start", &task},
-    {"cancel", [](MessageReader&) -> Content { return CancelTask{}; }},
-    {"restore", [](MessageReader&) -> Content { return Restore{}; }},
-    {"discard", [](MessageReader&) -> Content { return Discard{}; }},
-    {"steer", [](MessageReader&) -> Content { return Steer{}; }},
+template <class T>
+Content read_content(MessageReader& reader) {
+    T content{};
+    read_keys(reader, content);
+    return content;
+}
+
+/// The readers of all messages, by type.
+const std::map<std::string, Content (*)(MessageReader&), std::less<>> content_readers{
+    {"turn_light", &read_content<TurnLight>},
+    {"light", &read_content<NamedLights>},
+    {"mix", &read_content<MixLights>},
+    {"exposure", &read_content<SetExposure>},
+    {"place", &read_content<PartialPlace>},
+    {"clone", &read_content<CloneObject>},
+    {"delete", &read_content<DeleteObject>},
+    {"material", &read_content<SetMaterial>},
+    {"sky", &read_content<SetSky>},
+    {"lamp", &read_content<SetLamp>},
+    {"own_material", &read_content<EditPartMaterial>},
+    {"look", &read_content<SetView>},
+    {"select", &read_content<Select>},
+    {"undo", &read_content<StepBack>},
+    {"redo", &read_content<StepOn>},
+    {"shown", &read_content<FrameDisplayed>},
+    {"save", &read_content<Save>},
+    {"start", &read_content<StartTask>},
+    {"cancel", &read_content<CancelTask>},
+    {"restore", &read_content<Restore>},
+    {"discard", &read_content<Discard>},
+    {"steer", &read_content<Steer>},
 };
 
+/// A visitor of a variant, composed of one function for each alternative.
+template <class... Functions>
+struct Overloads : Functions... {
+    using Functions::operator()...;
+};
+template <class... Functions>
+Overloads(Functions...) -> Overloads<Functions...>;  // clang deduces aggregates since version 17 only
+
 }  // namespace
+
+Result<WindowChange> SceneEditor::apply(PageId page, const Message& message) {
+    const Variation light{Variation::Of::light, 0}, nothing;
+    const auto unchanged = [] { return Result<WindowChange>(WindowChange::none); };
+    const auto step = [&](bool has_stepped) -> Result<WindowChange> {
+        if (!has_stepped) return Error{"", "there is nothing more to take back or to do again"};
+        hand_ = {};
+        return look_as_designed();
+    };
+    const Overloads change{
+        [&](const TurnLight& edit) { return make_edit(edit, message, light); },
+        [&](const MixLights& edit) { return make_edit(edit, message, light); },
+        [&](const SetSky& edit) { return make_edit(edit, message, light); },
+        [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
+        [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
+        [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
+        [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
+        [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
+        [&](const EditPartMaterial& part) { return own_part(part, message); },
+        [&](const NamedLights& lights) { return take_lights(lights, message); },
+        [&](const SetView& look) { return take_look(look, message); },
+        [&](const PartialPlace& place) -> Result<WindowChange> {
+            const std::optional<std::size_t> at = place_of(history_.now(), place.object);
+            if (!at) return Error{"", fmt::format("unknown object {}", place.object)};
+            Placement placement = history_.now().scene.instances[*at].placement;
+            if (place.translate) placement.translate = *place.translate;
+            if (place.scale) placement.scale = *place.scale;
+            if (place.rotate) placement.rotate = *place.rotate;
+            return make_edit(PlaceObject{place.object, placement}, message,
+                             place.rotate ? nothing : Variation{Variation::Of::object, place.object});
+        },
+        [&](const Select& selected) -> Result<WindowChange> {
+            if (selected.object && !place_of(history_.now(), *selected.object))
+                return Error{"", fmt::format("there is no object {}", *selected.object)};
+            if (selected.object) likely_ = {Variation::Of::object, *selected.object};
+            return unchanged();
+        },
+        [&](const StepBack&) { return step(history_.undo()); },
+        [&](const StepOn&) { return step(history_.redo()); },
+        [&](const Save& file) { return save(page, file, message); },
+        [&](const Restore&) -> Result<WindowChange> {
+            if (!left_) return Error{"", "there is no autosaved scene"};
+            HF_TRY_DONE(live_.lights().know(left_->environment));
+            HF_TRY_DONE(make_edit(RestoreScene{*left_}, message, nothing));
+            left_.reset();
+            for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
+            return look_as_designed();
+        },
+        [&](const Discard&) -> Result<WindowChange> {
+            left_.reset();
+            for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
+            HF_TRY_DONE(file_.autosave(nullptr));
+            return unchanged();
+        },
+        // ViewSession processes these.
+        [&](const StartTask&) { return unchanged(); },
+        [&](const CancelTask&) { return unchanged(); },
+        [&](const Steer&) { return unchanged(); },
+        [&](const FrameDisplayed&) { return unchanged(); },
+    };
+    return std::visit(change, message.content);
+}
 
 Result<Message> read_message(std::string_view text) {
     if (text.size() > longest_message)
@@ -335,6 +272,12 @@ Result<Message> read_message(std::string_view text) {
     reader.finish();
     if (reader.error()) return *reader.error();
     return message;
+}
+
+std::vector<std::string> message_types() {
+    std::vector<std::string> types(content_readers.size());
+    std::ranges::transform(content_readers, types.begin(), [](const auto& row) { return row.first; });
+    return types;
 }
 
 MessageHead read_message_head(std::string_view text) {

@@ -76,6 +76,9 @@ inline constexpr std::size_t longest_message = 1 << 16;
 ///         of the wrong type or out of range, with what was expected.
 Result<Message> read_message(std::string_view text);
 
+/// Returns the types of all messages, in alphabetical order.
+std::vector<std::string> message_types();
+
 /// The type and the number of a message, which identify it in answers.
 struct MessageHead {
     std::string type;          ///< Empty if missing or unknown.

@@ -29,14 +29,6 @@ SceneMaterial scene_material(const Surface& surface) {
     return material;
 }
 
-/// A visitor of a variant, composed of one function for each alternative.
-template <class... Functions>
-struct Overloads : Functions... {
-    using Functions::operator()...;
-};
-template <class... Functions>
-Overloads(Functions...) -> Overloads<Functions...>;  // clang deduces aggregates since version 17 only
-
 }  // namespace
 
 SceneEditor::SceneEditor(const Scene& scene, const std::filesystem::path& file, LiveScene& live,
@@ -55,52 +47,6 @@ Result<WindowChange> SceneEditor::make_edit(const Edit& edit, const Message& mes
     return WindowChange::none;
 }
 
-Result<WindowChange> SceneEditor::apply(PageId page, const Message& message) {
-    const Variation light{Variation::Of::light, 0}, nothing;
-    const auto unchanged = [] { return Result<WindowChange>(WindowChange::none); };
-    const auto step = [&](bool has_stepped) -> Result<WindowChange> {
-        if (!has_stepped) return Error{"", "there is nothing more to take back or to do again"};
-        hand_ = {};
-        return look_as_designed();
-    };
-    const Overloads change{
-        [&](const TurnLight& edit) { return make_edit(edit, message, light); },
-        [&](const MixLights& edit) { return make_edit(edit, message, light); },
-        [&](const SetSky& edit) { return make_edit(edit, message, light); },
-        [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
-        [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
-        [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
-        [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
-        [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
-        [&](const EditPartMaterial& part) { return own_part(part, message); },
-        [&](const NamedLights& lights) { return take_lights(lights, message); },
-        [&](const PartialPlace& place) { return take_place(place, message); },
-        [&](const SetView& look) { return take_look(look, message); },
-        [&](const Select& selected) -> Result<WindowChange> {
-            if (selected.object && !place_of(history_.now(), *selected.object))
-                return Error{"", fmt::format("there is no object {}", *selected.object)};
-            if (selected.object) likely_ = {Variation::Of::object, *selected.object};
-            return unchanged();
-        },
-        [&](const StepBack&) { return step(history_.undo()); },
-        [&](const StepOn&) { return step(history_.redo()); },
-        [&](const Save& file) { return save(page, file, message); },
-        [&](const Restore&) { return restore(message); },
-        [&](const Discard&) -> Result<WindowChange> {
-            left_.reset();
-            for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
-            HF_TRY_DONE(file_.autosave(nullptr));
-            return unchanged();
-        },
-        // ViewSession processes these.
-        [&](const StartTask&) { return unchanged(); },
-        [&](const CancelTask&) { return unchanged(); },
-        [&](const Steer&) { return unchanged(); },
-        [&](const FrameDisplayed&) { return unchanged(); },
-    };
-    return std::visit(change, message.content);
-}
-
 Result<WindowChange> SceneEditor::take_lights(const NamedLights& lights, const Message& message) {
     const std::optional<ShelfLight> first = shelf_.find(lights.first);
     if (!first) return Error{"", fmt::format("unknown light \"{}\"", lights.first)};
@@ -114,15 +60,6 @@ Result<WindowChange> SceneEditor::take_lights(const NamedLights& lights, const M
     }
     HF_TRY_DONE(live_.lights().know(edit.light));
     return make_edit(edit, message, {Variation::Of::light, 0});
-}
-
-Result<WindowChange> SceneEditor::restore(const Message& message) {
-    if (!left_) return Error{"", "there is no autosaved scene"};
-    HF_TRY_DONE(live_.lights().know(left_->environment));
-    HF_TRY_DONE(make_edit(RestoreScene{*left_}, message, {}));
-    left_.reset();
-    for (const PageId each : pages_.all()) pages_.tell_left_scene(each, {});
-    return look_as_designed();
 }
 
 Result<WindowChange> SceneEditor::own_part(const EditPartMaterial& part, const Message& message) {
@@ -143,17 +80,6 @@ Result<WindowChange> SceneEditor::own_part(const EditPartMaterial& part, const M
                      "this part has the image or the vertex colours of its model, which a material of the "
                      "scene would replace"};
     return make_edit(MakeMaterialEditable{described, name, scene_material(surface)}, message, {});
-}
-
-Result<WindowChange> SceneEditor::take_place(const PartialPlace& place, const Message& message) {
-    const std::optional<std::size_t> at = place_of(history_.now(), place.object);
-    if (!at) return Error{"", fmt::format("unknown object {}", place.object)};
-    Placement placement = history_.now().scene.instances[*at].placement;
-    if (place.translate) placement.translate = *place.translate;
-    if (place.scale) placement.scale = *place.scale;
-    if (place.rotate) placement.rotate = *place.rotate;
-    return make_edit(PlaceObject{place.object, placement}, message,
-                     place.rotate ? Variation{} : Variation{Variation::Of::object, place.object});
 }
 
 Result<WindowChange> SceneEditor::take_look(const SetView& look, const Message& message) {

@@ -27,7 +27,8 @@ public:
     const Variation& hand() const { return hand_; }      ///< The variation of the last gesture.
     const Variation& likely() const { return likely_; }  ///< The likely variation of the next gesture.
 
-    /// Applies a message. Messages about steering, tasks and frames change nothing here.
+    /// Applies a message. Messages about steering, tasks and frames change nothing here. Defined in
+    /// messages.cpp, next to the readers of messages.
     ///
     /// page    receives the answer to `save`.
     /// errors  those of History::make and SceneFile; unknown lights, objects and parts; nothing to undo, redo
@@ -43,11 +44,9 @@ public:
 private:
     Result<WindowChange> make_edit(const Edit& edit, const Message& message, const Variation& hand);
     Result<WindowChange> take_lights(const NamedLights& lights, const Message& message);
-    Result<WindowChange> take_place(const PartialPlace& place, const Message& message);
     Result<WindowChange> own_part(const EditPartMaterial& part, const Message& message);
     Result<WindowChange> take_look(const SetView& look, const Message& message);
     Result<WindowChange> save(PageId page, const Save& save, const Message& message);
-    Result<WindowChange> restore(const Message& message);
     WindowChange look_as_designed();
 
     LiveScene& live_;

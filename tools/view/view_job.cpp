@@ -11,7 +11,7 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
         return !is_vectors || job.variation != variation;
     };
     if (std::holds_alternative<TurnLight>(message) || std::holds_alternative<NamedLights>(message) ||
-        std::holds_alternative<MixLights>(message))
+        std::holds_alternative<MixLights>(message) || std::holds_alternative<SetSky>(message))
         return ends_for({Of::light, 0});
     if (const auto* look = std::get_if<SetView>(&message))
         return eye && !is_same_place(look->camera.position, *eye, look->camera) && ends_for({Of::eye, 0});
@@ -21,7 +21,6 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
     }
     if (std::holds_alternative<SetExposure>(message))
         return job.what == What::commit || job.what == What::likely;
-    if (std::holds_alternative<SetSky>(message)) return ends_for({Of::light, 0});
     if (std::holds_alternative<SetMaterial>(message) || std::holds_alternative<SetLamp>(message))
         return job.what != What::shade && job.what != What::recommit;
     return std::holds_alternative<CloneObject>(message) || std::holds_alternative<DeleteObject>(message) ||
