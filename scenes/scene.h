@@ -125,6 +125,7 @@ struct Surroundings {
 struct SceneFilter {
     std::filesystem::path mesh;  ///< In the scene's coordinates.
     Rgb colour{1.0f};            ///< Fraction of light that passes each of its surfaces, in [0, 1].
+    Rgb absorption{0.0f};        ///< Absorption coefficient inside the object; >= 0. [1/m]
 };
 
 struct FilesInMemory;

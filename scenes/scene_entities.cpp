@@ -201,7 +201,7 @@ Result<std::shared_ptr<const LightFilters>> light_filters(const Scene& scene) {
     auto filters = std::make_shared<LightFilters>();
     for (const SceneFilter& filter : scene.filters) {
         HF_TRY(const ImportedMesh imported, read_mesh(filter.mesh));
-        filters->add(imported.mesh.positions, imported.mesh.triangles, filter.colour);
+        filters->add(imported.mesh.positions, imported.mesh.triangles, filter.colour, filter.absorption);
     }
     filters->commit();
     return std::shared_ptr<const LightFilters>(std::move(filters));

@@ -123,6 +123,7 @@ SceneFilter parsed_filter(TomlTable table, const std::filesystem::path& folder) 
     table.require("mesh");
     table.take("mesh", filter.mesh, folder);
     table.take("colour", filter.colour, {0, 1});
+    table.take("absorption", filter.absorption, {0, 1e6});
     table.finish();
     return filter;
 }

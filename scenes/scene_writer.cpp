@@ -241,6 +241,13 @@ std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
     return text + "\n";
 }
 
+std::string filter_text(const SceneFilter& filter, const std::filesystem::path& folder) {
+    std::string text = fmt::format("[[filters]]\nmesh = {}\ncolour = {}\n", path_text(filter.mesh, folder),
+                                   list_of(filter.colour));
+    if (filter.absorption != Rgb(0.0f)) text += fmt::format("absorption = {}\n", list_of(filter.absorption));
+    return text + "\n";
+}
+
 std::string povray_text(const Surroundings& surroundings, const std::filesystem::path& folder) {
     std::string text = fmt::format("[povray]\nscene = {}\nup = \"{}\"\nhandedness = \"{}\"\n",
                                    path_text(surroundings.file, folder), surroundings.z_up ? "z" : "y",
@@ -270,9 +277,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
     for (const Keyframe& keyframe : scene.keyframes) text += keyframe_text(scene, keyframe);
     for (const SceneLamp& lamp : scene.lamps) text += lamp_text(scene, lamp);
-    for (const SceneFilter& filter : scene.filters)
-        text += fmt::format("[[filters]]\nmesh = {}\ncolour = {}\n\n", path_text(filter.mesh, folder),
-                            list_of(filter.colour));
+    for (const SceneFilter& filter : scene.filters) text += filter_text(filter, folder);
     if (const std::optional<Surroundings>& surroundings = scene.surroundings)
         text += povray_text(*surroundings, folder);
     text.pop_back();

@@ -50,6 +50,24 @@ TEST(LightFilters, PassTheProductOfAllCrossings) {
     for (const int count : found) EXPECT_GT(count, 100);
 }
 
+TEST(LightFilters, AbsorbInsideTheirMeshes) {
+    LightFilters filters;
+    const Mesh ball = sphere_mesh({0, 0, 0}, 1, 100), box = box_mesh({2, -1, -1}, {3, 1, 1}, 2);
+    filters.add(ball.positions, ball.triangles, green, {1, 0.5f, 0});
+    filters.add(box.positions, box.triangles, Rgb(1.0f), {0, 0, 2});
+    filters.commit();
+    // Through the middle, beside it, through both objects, and from the inside.
+    const Rgb whole = filters.transmitted({-5, 0, 0.001f}, {1.5f, 0, 0.001f});
+    for (int c = 0; c < 3; ++c) {
+        const float k = std::array{1.0f, 0.5f, 0.0f}[std::size_t(c)];
+        EXPECT_NEAR(whole[c], green[c] * green[c] * std::exp(-2 * k), 1e-3);
+        EXPECT_NEAR(filters.transmitted({-5, 0.6f, 0}, {1.5f, 0.6f, 0})[c],
+                    green[c] * green[c] * std::exp(-1.6 * k), 1e-3);
+        const float behind = c == 2 ? std::exp(-2.0f) : 1.0f;
+        EXPECT_NEAR(filters.transmitted({-5, 0, 0.001f}, {9, 0, 0.001f})[c], whole[c] * behind, 1e-3);
+    }
+}
+
 TEST(LightFilters, CountAnEdgeOfTwoTrianglesOnce) {
     LightFilters filters;
     const Mesh pane = square_mesh(2, 1, 4);

@@ -230,7 +230,8 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
     const auto read = [&](const std::string& keys) { return read_scene(write("box.toml", start + keys)); };
     const Result<Scene> scene = read(
         "scene = \"user.pov\"\nup = \"z\"\nhandedness = \"right\"\nfolder = \".\"\n"
-        "[[filters]]\nmesh = \"box.obj\"\ncolour = [0.5, 1, 0]\n");
+        "[[filters]]\nmesh = \"box.obj\"\ncolour = [0.5, 1, 0]\n"
+        "absorption = [1, 0, 3]\n");
     ASSERT_TRUE(scene) << scene.error().message();
     ASSERT_TRUE(scene->surroundings);
     EXPECT_TRUE(scene->surroundings->z_up);
@@ -245,6 +246,7 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
     ASSERT_EQ(again->filters.size(), 1u);
     EXPECT_TRUE(std::filesystem::equivalent(again->filters[0].mesh, folder_ / "box.obj"));
     EXPECT_EQ(again->filters[0].colour, Rgb(0.5f, 1, 0));
+    EXPECT_EQ(again->filters[0].absorption, Rgb(1, 0, 3));
     const Result<Scene> usual = read("scene = \"user.pov\"\n");
     ASSERT_TRUE(usual) << usual.error().message();
     EXPECT_TRUE(usual->surroundings->left_handed && !usual->surroundings->z_up);

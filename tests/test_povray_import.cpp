@@ -381,6 +381,25 @@ TEST_F(PovrayImportTest, TransparentObjectsFilterLightAndStayInPovray) {
     EXPECT_LT((pixel(40, 30) - sky).length(), 0.005) << "no box";
 }
 
+TEST(PovrayImport, GlassAbsorbsLightInside) {
+    const auto imported =
+        imported_text("povray_glass",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\nplane{y,-1 pigment{rgb .5}}\n"
+                      "box{-.5,.5 pigment{rgbt <1,1,1,.95>} finish{diffuse 0}\n"
+                      "interior{ior 1.5 fade_distance .6 fade_power 1001 fade_color <.2,.8,.5>}}\n",
+                      24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.filters.size(), 1u);
+    const SceneFilter& filter = imported->scene.filters[0];
+    // POV-Ray's exponential attenuation is exp(-(1 - fade_color) distance / fade_distance).
+    const std::array wanted{0.8f / 0.6f, 0.2f / 0.6f, 0.5f / 0.6f};
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(filter.colour[c], 0.95, 0.001);
+        EXPECT_NEAR(filter.absorption[c], wanted[std::size_t(c)], 0.003);
+    }
+}
+
 TEST(PovrayImport, ReflectionsStayReflections) {
     const auto imported = imported_text(
         "povray_mirror",

@@ -396,6 +396,7 @@ private:
         SceneFilter filter;
         filter.mesh = folder_ / fmt::format("{}_{}.ply", name_, entity_name(at));
         filter.colour = surface.filter;
+        filter.absorption = surface.absorption / static_cast<float>(scale_);
         // Glass has thin walls, and triangles of filters cost little.
         GridRequest finer = request_of(surface.object);
         finer.cells *= 2;

@@ -37,12 +37,17 @@ ProbeRay inward_ray(const ObjectLattice& lattice, const ObjectSurface& surface, 
     return {index, point + normal * ObjectLattice::start_distance, -normal};
 }
 
-/// Returns the number of triangles behind a vertex, in the direction of its inward ray, and the vertex
-/// itself.
-int surfaces_behind(const GridFrame& frame, const ObjectSurface& surface, std::size_t vertex,
-                    const Vec3d& point) {
-    const Vec3d direction = -frame.local_normal(Vec3d(surface.normals[vertex]));
-    int count = 1;
+/// The way of an inward ray through an object.
+struct InwardWay {
+    int surfaces = 1;   ///< That it crosses, with the one at its start.
+    double inside = 0;  ///< Its length inside the object, in local coordinates.
+};
+
+/// cell  edge of a cell, in the frame's local coordinates.
+InwardWay inward_way(const GridFrame& frame, double cell, const ObjectSurface& surface, std::size_t vertex) {
+    const Vec3d point = frame.local_point(Vec3d(surface.positions[vertex])),
+                direction = -frame.local_normal(Vec3d(surface.normals[vertex]));
+    std::vector<double> places{0};
     for (const auto& triangle : surface.triangles) {
         const auto corner = [&](std::size_t c) {
             return frame.local_point(Vec3d(surface.positions[triangle[c]]));
@@ -52,11 +57,18 @@ int surfaces_behind(const GridFrame& frame, const ObjectSurface& surface, std::s
         const double determinant = u.dot(across);
         if (determinant == 0) continue;
         const Vec3d along = to.cross(u);
-        const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant;
-        constexpr double nearest = 0.3;  // The vertex's own triangles. [cells]
-        if (s >= 0 && t >= 0 && s + t < 1 && v.dot(along) / determinant > nearest) ++count;
+        const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant,
+                     place = v.dot(along) / determinant;
+        constexpr double nearest = 0.3;  // Beyond the vertex's own triangles. [cells]
+        if (s >= 0 && t >= 0 && s + t < 1 && place > nearest * cell) places.push_back(place);
     }
-    return count;
+    std::ranges::sort(places);
+    // A ray through an edge hits two triangles.
+    const auto is_same = [cell](double a, double b) { return b - a < 0.01 * cell; };
+    places.erase(std::unique(places.begin(), places.end(), is_same), places.end());
+    InwardWay way{static_cast<int>(places.size()), 0};
+    for (std::size_t k = 1; k < places.size(); k += 2) way.inside += places[k] - places[k - 1];
+    return way;
 }
 
 /// Returns up to `most` vertices, evenly spaced.
@@ -195,23 +207,63 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
     HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
     const std::vector<Rgb> bright = ObjectLattice::colours(answer, rays.size());
     std::vector<double> sums(surfaces.size(), 0), counts(surfaces.size(), 0);
+    std::vector<InwardWay> ways(rays.size());
+    std::vector<Rgb> passed(rays.size());
     std::vector<std::array<std::vector<double>, 3>> filters(surfaces.size());
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto& [s, v] = chosen[i];
-        Rgb passed = bright[i] - surfaces[s].colours[v];
-        for (int c = 0; c < 3; ++c) passed[c] = std::clamp(passed[c], 0.0f, 1.0f);
-        sums[s] += mean_of(passed);
+        passed[i] = bright[i] - surfaces[s].colours[v];
+        for (int c = 0; c < 3; ++c) passed[i][c] = std::clamp(passed[i][c], 0.0f, 1.0f);
+        sums[s] += mean_of(passed[i]);
         counts[s] += 1;
-        const GridFrame& frame = lattice.frame(s);
-        const Vec3d place = frame.local_point(Vec3d(surfaces[s].positions[v]));
-        const double share = passed == Rgb(0.0f) ? 1 : 1.0 / surfaces_behind(frame, surfaces[s], v, place);
-        for (int c = 0; c < 3; ++c) filters[s][std::size_t(c)].push_back(std::pow(double(passed[c]), share));
+        if (passed[i] != Rgb(0.0f)) ways[i] = inward_way(lattice.frame(s), 1, surfaces[s], v);
+        for (int c = 0; c < 3; ++c)
+            filters[s][std::size_t(c)].push_back(std::pow(double(passed[i][c]), 1.0 / ways[i].surfaces));
     }
+    bool any_passes = false;
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
         surfaces[s].transmittance = static_cast<float>(sums[s] / std::max(1.0, counts[s]));
+        any_passes = any_passes || surfaces[s].transmittance > 0;
         for (int c = 0; c < 3; ++c)
             surfaces[s].filter[c] = static_cast<float>(median(std::move(filters[s][std::size_t(c)])));
     }
+    if (!any_passes) return Done{};
+
+    // Again with interiors, which absorb light, and in the original size, since absorption depends on it.
+    const ObjectLattice original(requests, surfaces, true);
+    std::vector<double> inside(rays.size(), 0);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto& [s, v] = chosen[i];
+        const Vec3d& scale = lattice.frame(s).scale;
+        const double cell = original.frame(s).scale.x / std::max({scale.x, scale.y, scale.z});
+        const Vec3d normal = original.frame(s).local_normal(Vec3d(surfaces[s].normals[v])),
+                    point = original.frame(s).local_point(Vec3d(surfaces[s].positions[v]));
+        rays[i] = {s, point + normal * (ObjectLattice::start_distance * cell), -normal};
+        if (passed[i] != Rgb(0.0f)) inside[i] = inward_way(original.frame(s), cell, surfaces[s], v).inside;
+    }
+    query = original.query(rays);
+    query.pigments = query.extras = true;
+    query.suffix += "background{rgb 1}\n";
+    HF_TRY(const SceneAnswer absorbed_answer, queries.answer(query, progress));
+    const std::vector<Rgb> absorbed = ObjectLattice::colours(absorbed_answer, rays.size());
+    std::vector<std::array<std::vector<double>, 3>> coefficients(surfaces.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto& [s, v] = chosen[i];
+        for (int c = 0; c < 3; ++c) {
+            const double before = passed[i][c],
+                         after = std::clamp(double(absorbed[i][c] - surfaces[s].colours[v][c]), 1e-4, 1.0);
+            if (before > 0.01 && inside[i] > 0)
+                coefficients[s][std::size_t(c)].push_back(
+                    std::max(0.0, std::log(before / after) / inside[i]));
+        }
+    }
+    constexpr double least_absorption = 1e-4;  // Rounding of the pictures.
+    for (std::size_t s = 0; s < surfaces.size(); ++s)
+        for (int c = 0; c < 3; ++c)
+            if (const double k =
+                    median(std::move(coefficients[s][std::size_t(c)])) * original.frame(s).scale.x;
+                k > least_absorption)
+                surfaces[s].absorption[c] = static_cast<float>(k);
     return Done{};
 }
 

@@ -36,12 +36,17 @@ void add_triangle(const Vec3d& centre, const Vec3d& direction, std::string& text
 
 }  // namespace
 
-ObjectLattice::ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces) {
+ObjectLattice::ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces,
+                             bool is_original) {
     double spacing = 0;
     for (const ObjectSurface& surface : surfaces) {
         const auto request = std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object);
         requests_.push_back(*request);
         frames_.push_back(grid_frame(*request));
+        if (is_original && !request->is_cut) {
+            frames_.back().scale = Vec3d(1, 1, 1);
+            frames_.back().shift = Vec3d(0, 0, 0);
+        }
         const Vec3d size = request->size * frames_.back().scale;
         spacing = std::max(spacing, 1.5 * std::max({size.x, size.y, size.z}) + 10);
     }

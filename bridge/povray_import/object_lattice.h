@@ -14,8 +14,10 @@ struct ProbeRay {
 /// Objects side by side, each scaled to its grid, so that a ray meets only its own object.
 class ObjectLattice {
 public:
-    /// surfaces  of some of the requests.
-    ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces);
+    /// surfaces     of some of the requests.
+    /// is_original  objects keep their size, except for those that are cut.
+    ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces,
+                  bool is_original = false);
 
     /// Distance from a surface at which rays to it should start, in local coordinates. [cells]
     static constexpr double start_distance = 0.1;

@@ -25,6 +25,7 @@ struct ObjectSurface {
     std::vector<Rgb> colours;  ///< The pigment at each vertex, linear; set by add_pigments.
     std::vector<Vec2f> uvs;    ///< Places in the image of pigment_image, which sets them; or none.
     float transmittance = 0;   ///< Mean fraction of light that passes the object; set by add_pigments.
+    Rgb absorption{0.0f};      ///< Coefficient inside, per unit of the scene; set by add_pigments.
     Rgb filter{0.0f};          ///< Median fraction of light that passes each surface; set by add_pigments.
     std::size_t sheet_triangles = 0;  ///< As in ContouredMesh, with the two counts of doubtful edges.
     std::size_t double_edges = 0, missed_edges = 0;

@@ -29,8 +29,7 @@ constexpr const char *planar_grid = "planar_handles", *spherical_grid = "spheric
                      *ambient_grid = "ambient_visibility", *direction_grid = "open_direction";
 constexpr std::string_view prefix = "haarfield_", optional_prefix = "derived_";
 constexpr const char *version_name = "haarfield_version", *hash_name = "haarfield_hash",
-                     *field_name = "haarfield_field", *count_name = "haarfield_count",
-                     *schema_name = "haarfield_schema";
+                     *field_name = "haarfield_field";
 
 /// Values of a grid of nodes: 4 MiB, so that reading needs little memory besides the field's own.
 constexpr std::uint64_t node_grid_values = std::uint64_t{1} << 20;

@@ -1,13 +1,14 @@
 #include "shading/visibility/light_filters.h"
 
-#include <cassert>
+#include <cmath>
 
 #include "fields/base/embree_rays.h"
 
 namespace haarfield {
 
 void LightFilters::add(std::span<const Vec3f> positions,
-                       std::span<const std::array<std::uint32_t, 3>> triangles, const Rgb& colour) {
+                       std::span<const std::array<std::uint32_t, 3>> triangles, const Rgb& colour,
+                       const Rgb& absorption) {
     if (!scene_) {
         scene_.reset(rtcNewScene(device_.get()), &rtcReleaseScene);
         rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -17,6 +18,7 @@ void LightFilters::add(std::span<const Vec3f> positions,
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene_.get(), geometry.get(), static_cast<unsigned>(colours_.size()));
     colours_.push_back(colour);
+    absorption_.push_back(absorption);
 }
 
 void LightFilters::commit() {
@@ -29,20 +31,26 @@ Rgb LightFilters::transmitted(const Vec3f& from, const Vec3f& end) const {
     constexpr float again = 1e-4f;  // Of that way.
     Rgb passed(1.0f);
     if (!scene_) return passed;
-    RTCRay ray = embree_ray(from, end - from, 1);
-    unsigned geometry = RTC_INVALID_GEOMETRY_ID;
-    bool enters = false;
+    const Vec3f way = end - from;
+    const float length = way.length();
+    RTCRay ray = embree_ray(from, way, 1);
+    unsigned last_geometry = RTC_INVALID_GEOMETRY_ID;
+    bool last_enters = false;
     float last = 0;
     for (int crossing = 0; crossing < most && passed != Rgb(0.0f); ++crossing) {
         const std::optional<RTCRayHit> hit = nearest_hit(scene_.get(), ray);
         if (!hit) break;
         const float at = hit->ray.tfar;
-        const bool enters_here = outwards(*hit).dot(end - from) < 0;
+        const unsigned geometry = hit->hit.geomID;
+        const bool is_same = geometry == last_geometry, enters = outwards(*hit).dot(way) < 0;
         // At an edge, rounding can find both triangles. A ray enters and leaves a surface in turn.
-        if (hit->hit.geomID != geometry || enters_here != enters || at - last > again * at)
-            passed *= colours_[hit->hit.geomID];
-        geometry = hit->hit.geomID;
-        enters = enters_here;
+        if (!is_same || enters != last_enters || at - last > again * at) passed *= colours_[geometry];
+        // Objects inside each other are not supported: only the nearer crossing of the same object counts.
+        if (is_same && last_enters && !enters)
+            for (int c = 0; c < 3; ++c)
+                passed[c] *= std::exp(-absorption_[geometry][c] * (at - last) * length);
+        last_geometry = geometry;
+        last_enters = enters;
         last = at;
         ray.tnear = at * (1 + past);
     }

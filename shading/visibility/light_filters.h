@@ -19,17 +19,20 @@ class LightFilters {
 public:
     /// Adds a mesh.
     ///
-    /// positions  [m]
-    /// colour     fraction of light that passes each triangle, in [0, 1].
+    /// positions   [m]
+    /// colour      fraction of light that passes each triangle, in [0, 1].
+    /// absorption  absorption coefficient between triangles that face a point and those that face away from
+    ///             it; >= 0. [1/m]
     void add(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
-             const Rgb& colour);
+             const Rgb& colour, const Rgb& absorption = Rgb(0.0f));
 
     /// Builds the acceleration structure; call it after the last addition.
     ///
     /// cost  about 0.3 us per triangle.
     void commit();
 
-    /// Returns the fraction of light that passes all triangles between two points.
+    /// Returns the fraction of light that passes all triangles between two points, and the absorbing space
+    /// between them (Beer and Lambert).
     ///
     /// accuracy  surfaces nearer to each other than 2e-6 of their distance from `from` count once; those of
     ///           one mesh that face the same side, than 1e-4.
@@ -39,7 +42,7 @@ public:
 private:
     EmbreeDevice device_;
     std::shared_ptr<RTCSceneTy> scene_;
-    std::vector<Rgb> colours_;  // By geometry.
+    std::vector<Rgb> colours_, absorption_;  // By geometry.
 };
 
 }  // namespace haarfield
