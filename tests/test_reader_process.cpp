@@ -175,9 +175,7 @@ TEST(ModelContent, DamagedBytesAreRefusedOrWithinTheirRanges) {
     for (const std::string& file : example_mesh_files("gltf")) {
         const auto content = assimp_content(file, folder / "mesh.gltf", ModelFormat::gltf);
         ASSERT_TRUE(content) << content.error().what;
-        std::string bytes;
-        ByteSink sink([&](std::string_view piece) { bytes += piece; });
-        write_content(*content, sink);
+        const std::string bytes = written_bytes([&](ByteSink& sink) { write_content(*content, sink); });
         EXPECT_TRUE(content_from(bytes));
         EXPECT_FALSE(content_from(bytes + '\0'));
         for (std::size_t length = 0; length < bytes.size(); ++length)

@@ -1,5 +1,4 @@
 #include "fields/field/field_library.h"
-#include "fields/field/library_files.h"
 #include "fields/file/claim.h"
 #include "fields/file/temporary_file.h"
 #include "tools/command.h"
@@ -23,10 +22,6 @@ struct LibraryOptions {
 
 std::string time_text(Clock::time_point time) {
     return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(Clock::to_time_t(time)));
-}
-
-bool is_mesh(const LibraryEntry& entry) {
-    return entry.file.extension() == mesh_ending;
 }
 
 nlohmann::ordered_json entry_json(const LibraryEntry& entry) {

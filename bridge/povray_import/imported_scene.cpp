@@ -83,17 +83,24 @@ Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSu
     return write_file(file, bytes);
 }
 
+/// Lets a query place some of the scene's objects as they are.
+///
+/// objects  sorted.
+void place_objects(std::span<const std::size_t> objects, SceneQuery& query) {
+    std::vector<int> rows(objects.empty() ? 1 : objects.back() + 1, 0);
+    for (const std::size_t object : objects) rows[object] = 1;
+    query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
+                                rows.size(), fmt::join(rows, ","));
+    query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+}
+
 /// Renders distant objects and the sky; see rendered_light.
 Result<Image> surrounding_light(const SceneQueries& queries, const Vec3d& from, const AffineMap& frame,
                                 const std::vector<std::size_t>& objects, bool is_legacy,
                                 const Progress& progress) {
     SceneQuery query;
     query.lights = query.sky = true;
-    std::vector<int> rows(objects.empty() ? 1 : objects.back() + 1, 0);
-    for (const std::size_t object : objects) rows[object] = 1;
-    query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
-                                rows.size(), fmt::join(rows, ","));
-    query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+    place_objects(objects, query);
     return rendered_light(queries, query, from, frame, environment_width, is_legacy, progress);
 }
 
@@ -382,38 +389,59 @@ private:
             }
             result_.surfaces += members.size();
         }
-        for (const std::size_t s : transparent) HF_TRY_DONE(keep_live(surfaces[s]));
         result_.transparent = transparent.size();
+        return keep_live(surfaces, transparent);
+    }
+
+    /// Adds transparent objects as filters, and remembers them for write_live.
+    ///
+    /// transparent  indices of surfaces, in rising order.
+    Result<Done> keep_live(const std::vector<ObjectSurface>& surfaces,
+                           const std::vector<std::size_t>& transparent) {
+        // Glass has thin walls, and triangles of filters cost little.
+        std::vector<GridRequest> finer;
+        for (const std::size_t s : transparent) {
+            live_.push_back(surfaces[s].object);
+            finer.push_back(request_of(surfaces[s].object));
+            finer.back().cells *= 2;
+        }
+        const Result<ObjectSurfaces> sampled =
+            object_surfaces(queries_, finer, options_.object_seconds, progress_);
+        if (progress_.stop.stop_requested()) return interruption();
+        for (const std::size_t s : transparent) {
+            const ObjectSurface* mesh = &surfaces[s];
+            if (sampled) {
+                const auto found = std::ranges::find(sampled->surfaces, mesh->object, &ObjectSurface::object);
+                if (found != sampled->surfaces.end()) mesh = &*found;
+            }
+            HF_TRY_DONE(add_filter(surfaces[s], *mesh));
+        }
         return Done{};
     }
 
-    /// Adds a transparent object as a filter, and remembers it for write_live.
-    Result<Done> keep_live(ObjectSurface surface) {
-        const std::size_t at = survey_.objects[surface.object].statement;
-        live_.push_back(surface.object);
-        warn(at, keeps_scene() ? "is transparent; not baked, but in place in POV-Ray's picture"
-                               : "is transparent; not baked, but filters light");
+    /// Adds an object as a filter, with its own mesh or a finer one.
+    Result<Done> add_filter(const ObjectSurface& measured, ObjectSurface mesh) {
+        const std::size_t at = survey_.objects[measured.object].statement;
+        warn(at, keeps_scene() ? "is transparent; it is not baked, but filters light and is in in_place.png"
+                               : "is transparent; it is not baked, but filters light");
         SceneFilter filter;
         filter.mesh = folder_ / fmt::format("{}_{}.ply", name_, entity_name(at));
-        filter.colour = surface.filter;
-        filter.absorption = surface.absorption / static_cast<float>(scale_);
-        // Glass has thin walls, and triangles of filters cost little.
-        GridRequest finer = request_of(surface.object);
-        finer.cells *= 2;
-        const Result<ObjectSurfaces> sampled =
-            object_surfaces(queries_, {&finer, 1}, options_.object_seconds, progress_);
-        if (progress_.stop.stop_requested()) return interruption();
-        if (sampled && !sampled->surfaces.empty()) surface = sampled->surfaces.front();
-        surface.colours.assign(surface.positions.size(), Rgb(1.0f));
-        surface.uvs.clear();
+        filter.colour = measured.filter;
+        filter.absorption = measured.absorption / static_cast<float>(scale_);
+        move_to_world(mesh);
+        mesh.colours.assign(mesh.positions.size(), Rgb(1.0f));
+        mesh.uvs.clear();
+        result_.scene.filters.push_back(filter);
+        return write_surface_ply(filter.mesh, mesh);
+    }
+
+    void move_to_world(ObjectSurface& surface) const {
         for (std::size_t v = 0; v < surface.positions.size(); ++v) {
             surface.positions[v] = Vec3f(world_.point(Vec3d(surface.positions[v])));
             surface.normals[v] = Vec3f(world_.normal(Vec3d(surface.normals[v])));
         }
         if (world_.is_mirrored())
             for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
-        result_.scene.filters.push_back(filter);
-        return write_surface_ply(filter.mesh, surface);
     }
 
     /// True if surroundings with the transparent objects can be written: their units are metres.
@@ -422,14 +450,9 @@ private:
     /// Writes the transparent objects as POV-Ray's objects, with lights, sky and camera.
     Result<Done> write_live() {
         if (live_.empty() || !keeps_scene()) return Done{};
-        std::ranges::sort(live_);
-        std::vector<int> rows(live_.back() + 1, 0);
-        for (const std::size_t object : live_) rows[object] = 1;
         SceneQuery query;
         query.lights = query.sky = query.camera = query.extras = true;
-        query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", rows.size(),
-                                    rows.size(), fmt::join(rows, ","));
-        query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N]} #end #end";
+        place_objects(live_, query);
         if (gamma_.exponent != 1) {
             // Baked colours are linear.
             query.suffix = "\n#version 3.7;\nglobal_settings{assumed_gamma 1}\n";
@@ -449,13 +472,9 @@ private:
 
     Result<Done> add_entity(std::size_t at, ObjectSurface surface, const MeasuredFinish& finish) {
         const std::string name = entity_name(at);
-        for (std::size_t v = 0; v < surface.positions.size(); ++v) {
-            surface.positions[v] = Vec3f(world_.point(Vec3d(surface.positions[v])));
-            surface.normals[v] = Vec3f(world_.normal(Vec3d(surface.normals[v])));
-            for (int c = 0; c < 3; ++c) surface.colours[v][c] = std::clamp(surface.colours[v][c], 0.0f, 1.0f);
-        }
-        if (world_.is_mirrored())
-            for (auto& triangle : surface.triangles) std::swap(triangle[1], triangle[2]);
+        move_to_world(surface);
+        for (Rgb& colour : surface.colours)
+            for (int c = 0; c < 3; ++c) colour[c] = std::clamp(colour[c], 0.0f, 1.0f);
         SceneMaterial material;
         material.convention = LobeConvention::povray;
         material.vertex_colours = surface.uvs.empty();
@@ -526,19 +545,8 @@ private:
     /// Tests whether the camera is in the interior of a closed surface: POV-Ray shows walls from both sides.
     bool has_camera_inside(const ObjectSurface& surface) const {
         if (!survey_.camera) return false;
-        const Vec3d from = world_.point(survey_.camera->position), direction(0.57, 0.31, 0.76);
-        bool is_inside = false;
-        for (const auto& [a, b, c] : surface.triangles) {
-            const Vec3d p(surface.positions[a]), u = Vec3d(surface.positions[b]) - p,
-                                                 v = Vec3d(surface.positions[c]) - p,
-                                                 across = direction.cross(v), to = from - p;
-            const double determinant = u.dot(across);
-            if (determinant == 0) continue;
-            const Vec3d along = to.cross(u);
-            const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant;
-            if (s >= 0 && t >= 0 && s + t < 1 && v.dot(along) / determinant > 0) is_inside = !is_inside;
-        }
-        return is_inside;
+        const Vec3d from = world_.point(survey_.camera->position);
+        return surface_crossings(surface, from, {0.57, 0.31, 0.76}).size() % 2 == 1;
     }
 
     /// Writes a mesh, and adds an entity with one instance.

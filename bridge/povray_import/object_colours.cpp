@@ -40,28 +40,16 @@ ProbeRay inward_ray(const ObjectLattice& lattice, const ObjectSurface& surface, 
 /// The way of an inward ray through an object.
 struct InwardWay {
     int surfaces = 1;   ///< That it crosses, with the one at its start.
-    double inside = 0;  ///< Its length inside the object, in local coordinates.
+    double inside = 0;  ///< Its length inside the object, in the frame's local coordinates.
 };
 
 /// cell  edge of a cell, in the frame's local coordinates.
 InwardWay inward_way(const GridFrame& frame, double cell, const ObjectSurface& surface, std::size_t vertex) {
-    const Vec3d point = frame.local_point(Vec3d(surface.positions[vertex])),
-                direction = -frame.local_normal(Vec3d(surface.normals[vertex]));
-    std::vector<double> places{0};
-    for (const auto& triangle : surface.triangles) {
-        const auto corner = [&](std::size_t c) {
-            return frame.local_point(Vec3d(surface.positions[triangle[c]]));
-        };
-        const Vec3d a = corner(0), u = corner(1) - a, v = corner(2) - a, across = direction.cross(v),
-                    to = point - a;
-        const double determinant = u.dot(across);
-        if (determinant == 0) continue;
-        const Vec3d along = to.cross(u);
-        const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant,
-                     place = v.dot(along) / determinant;
-        constexpr double nearest = 0.3;  // Beyond the vertex's own triangles. [cells]
-        if (s >= 0 && t >= 0 && s + t < 1 && place > nearest * cell) places.push_back(place);
-    }
+    const double own = 0.3 * cell;  // Crossings nearer than this belong to the vertex's own triangles.
+    const Vec3d direction = -frame.local_normal(Vec3d(surface.normals[vertex])) / frame.scale;
+    std::vector<double> places = surface_crossings(surface, Vec3d(surface.positions[vertex]), direction);
+    std::erase_if(places, [own](double place) { return place <= own; });
+    places.push_back(0);
     std::ranges::sort(places);
     // A ray through an edge hits two triangles.
     const auto is_same = [cell](double a, double b) { return b - a < 0.01 * cell; };
@@ -177,6 +165,107 @@ Result<Done> measure_pigments(const SceneQueries& queries, const ObjectLattice& 
     return measure();
 }
 
+/// Samples of a colour.
+struct ColourSamples {
+    std::array<std::vector<double>, 3> channels;
+
+    Rgb median_colour() const {
+        return Rgb(static_cast<float>(median(channels[0])), static_cast<float>(median(channels[1])),
+                   static_cast<float>(median(channels[2])));
+    }
+};
+
+/// Returns the colours of rays before a white background.
+Result<std::vector<Rgb>> before_white(const SceneQueries& queries, const ObjectLattice& lattice,
+                                      std::span<const ProbeRay> rays, bool extras, const Progress& progress) {
+    SceneQuery query = lattice.query(rays);
+    query.pigments = true;
+    query.extras = extras;
+    query.suffix += "background{rgb 1}\n";
+    HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
+    return ObjectLattice::colours(answer, rays.size());
+}
+
+/// The light that an inward ray lets through, without absorption.
+struct PassedLight {
+    std::size_t surface, vertex;
+    Rgb passed;
+};
+
+/// Measures transmittances and filters. Returns samples of transparent surfaces.
+Result<std::vector<PassedLight>> measure_filters(const SceneQueries& queries, const ObjectLattice& lattice,
+                                                 std::vector<ObjectSurface>& surfaces,
+                                                 const Progress& progress) {
+    std::vector<ProbeRay> rays;
+    std::vector<PassedLight> samples;
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
+        for (const std::size_t v : some_vertices(surfaces[s], 24)) {
+            samples.push_back({s, v, Rgb(0.0f)});
+            rays.push_back(inward_ray(lattice, surfaces[s], s, v, points[v]));
+        }
+    }
+    HF_TRY(const std::vector<Rgb> bright, before_white(queries, lattice, rays, /*extras=*/false, progress));
+    std::vector<double> sums(surfaces.size(), 0), counts(surfaces.size(), 0);
+    std::vector<ColourSamples> filters(surfaces.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        auto& [s, v, passed] = samples[i];
+        passed = bright[i] - surfaces[s].colours[v];
+        for (int c = 0; c < 3; ++c) passed[c] = std::clamp(passed[c], 0.0f, 1.0f);
+        sums[s] += mean_of(passed);
+        counts[s] += 1;
+        const int count = passed == Rgb(0.0f) ? 1 : inward_way(lattice.frame(s), 1, surfaces[s], v).surfaces;
+        for (int c = 0; c < 3; ++c)
+            filters[s].channels[std::size_t(c)].push_back(std::pow(double(passed[c]), 1.0 / count));
+    }
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        surfaces[s].transmittance = static_cast<float>(sums[s] / std::max(1.0, counts[s]));
+        surfaces[s].filter = filters[s].median_colour();
+    }
+    std::erase_if(samples, [](const PassedLight& sample) { return sample.passed == Rgb(0.0f); });
+    return samples;
+}
+
+/// Measures absorption coefficients of transparent surfaces: the same rays, now with interiors. Objects have
+/// their original size, since absorption depends on it.
+Result<Done> measure_absorption(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                const ObjectLattice& lattice, std::span<const PassedLight> samples,
+                                std::vector<ObjectSurface>& surfaces, const Progress& progress) {
+    const ObjectLattice original(requests, surfaces, /*is_original=*/true);
+    std::vector<ProbeRay> rays;
+    std::vector<double> inside;
+    for (const auto& [s, v, passed] : samples) {
+        const GridFrame& frame = original.frame(s);
+        const Vec3d& scale = lattice.frame(s).scale;
+        const double cell = frame.scale.x / std::max({scale.x, scale.y, scale.z});
+        const Vec3d normal = frame.local_normal(Vec3d(surfaces[s].normals[v])),
+                    point = frame.local_point(Vec3d(surfaces[s].positions[v]));
+        rays.push_back({s, point + normal * (ObjectLattice::start_distance * cell), -normal});
+        inside.push_back(inward_way(frame, cell, surfaces[s], v).inside);
+    }
+    HF_TRY(const std::vector<Rgb> bright, before_white(queries, original, rays, /*extras=*/true, progress));
+    constexpr double least_passed = 0.01, least_bright = 1e-4;
+    std::vector<ColourSamples> coefficients(surfaces.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto& [s, v, passed] = samples[i];
+        for (int c = 0; c < 3; ++c) {
+            const double after =
+                std::clamp(double(bright[i][c] - surfaces[s].colours[v][c]), least_bright, 1.0);
+            if (double(passed[c]) > least_passed && inside[i] > 0)
+                coefficients[s].channels[std::size_t(c)].push_back(
+                    std::max(0.0, std::log(double(passed[c]) / after) / inside[i]));
+        }
+    }
+    constexpr float least_absorption = 1e-4f;  // Rounding of the pictures.
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        const Rgb absorption =
+            coefficients[s].median_colour() * static_cast<float>(original.frame(s).scale.x);
+        for (int c = 0; c < 3; ++c)
+            if (absorption[c] > least_absorption) surfaces[s].absorption[c] = absorption[c];
+    }
+    return Done{};
+}
+
 const std::array<Vec3d, 2>& light_directions() {
     static const std::array<Vec3d, 2> directions{Vec3d(0.5, 0.62, -0.605).normalized(),
                                                  -Vec3d(0.5, 0.62, -0.605).normalized()};
@@ -190,81 +279,9 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
     if (surfaces.empty()) return Done{};
     const ObjectLattice lattice(requests, surfaces);
     HF_TRY_DONE(measure_pigments(queries, lattice, surfaces, progress));
-    std::vector<ProbeRay> rays;
-
-    // Again before a white background, which is visible through transparent surfaces.
-    std::vector<std::pair<std::size_t, std::size_t>> chosen;
-    for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
-        for (const std::size_t v : some_vertices(surfaces[s], 24)) {
-            chosen.emplace_back(s, v);
-            rays.push_back(inward_ray(lattice, surfaces[s], s, v, points[v]));
-        }
-    }
-    SceneQuery query = lattice.query(rays);
-    query.pigments = true;
-    query.suffix += "background{rgb 1}\n";
-    HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-    const std::vector<Rgb> bright = ObjectLattice::colours(answer, rays.size());
-    std::vector<double> sums(surfaces.size(), 0), counts(surfaces.size(), 0);
-    std::vector<InwardWay> ways(rays.size());
-    std::vector<Rgb> passed(rays.size());
-    std::vector<std::array<std::vector<double>, 3>> filters(surfaces.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto& [s, v] = chosen[i];
-        passed[i] = bright[i] - surfaces[s].colours[v];
-        for (int c = 0; c < 3; ++c) passed[i][c] = std::clamp(passed[i][c], 0.0f, 1.0f);
-        sums[s] += mean_of(passed[i]);
-        counts[s] += 1;
-        if (passed[i] != Rgb(0.0f)) ways[i] = inward_way(lattice.frame(s), 1, surfaces[s], v);
-        for (int c = 0; c < 3; ++c)
-            filters[s][std::size_t(c)].push_back(std::pow(double(passed[i][c]), 1.0 / ways[i].surfaces));
-    }
-    bool any_passes = false;
-    for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        surfaces[s].transmittance = static_cast<float>(sums[s] / std::max(1.0, counts[s]));
-        any_passes = any_passes || surfaces[s].transmittance > 0;
-        for (int c = 0; c < 3; ++c)
-            surfaces[s].filter[c] = static_cast<float>(median(std::move(filters[s][std::size_t(c)])));
-    }
-    if (!any_passes) return Done{};
-
-    // Again with interiors, which absorb light, and in the original size, since absorption depends on it.
-    const ObjectLattice original(requests, surfaces, true);
-    std::vector<double> inside(rays.size(), 0);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto& [s, v] = chosen[i];
-        const Vec3d& scale = lattice.frame(s).scale;
-        const double cell = original.frame(s).scale.x / std::max({scale.x, scale.y, scale.z});
-        const Vec3d normal = original.frame(s).local_normal(Vec3d(surfaces[s].normals[v])),
-                    point = original.frame(s).local_point(Vec3d(surfaces[s].positions[v]));
-        rays[i] = {s, point + normal * (ObjectLattice::start_distance * cell), -normal};
-        if (passed[i] != Rgb(0.0f)) inside[i] = inward_way(original.frame(s), cell, surfaces[s], v).inside;
-    }
-    query = original.query(rays);
-    query.pigments = query.extras = true;
-    query.suffix += "background{rgb 1}\n";
-    HF_TRY(const SceneAnswer absorbed_answer, queries.answer(query, progress));
-    const std::vector<Rgb> absorbed = ObjectLattice::colours(absorbed_answer, rays.size());
-    std::vector<std::array<std::vector<double>, 3>> coefficients(surfaces.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto& [s, v] = chosen[i];
-        for (int c = 0; c < 3; ++c) {
-            const double before = passed[i][c],
-                         after = std::clamp(double(absorbed[i][c] - surfaces[s].colours[v][c]), 1e-4, 1.0);
-            if (before > 0.01 && inside[i] > 0)
-                coefficients[s][std::size_t(c)].push_back(
-                    std::max(0.0, std::log(before / after) / inside[i]));
-        }
-    }
-    constexpr double least_absorption = 1e-4;  // Rounding of the pictures.
-    for (std::size_t s = 0; s < surfaces.size(); ++s)
-        for (int c = 0; c < 3; ++c)
-            if (const double k =
-                    median(std::move(coefficients[s][std::size_t(c)])) * original.frame(s).scale.x;
-                k > least_absorption)
-                surfaces[s].absorption[c] = static_cast<float>(k);
-    return Done{};
+    HF_TRY(const std::vector<PassedLight> samples, measure_filters(queries, lattice, surfaces, progress));
+    if (samples.empty()) return Done{};
+    return measure_absorption(queries, requests, lattice, samples, surfaces, progress);
 }
 
 Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& queries,

@@ -225,6 +225,23 @@ GridFrame grid_frame(const GridRequest& request) {
     return frame;
 }
 
+std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d& from,
+                                      const Vec3d& direction) {
+    std::vector<double> places;
+    for (const auto& [a, b, c] : surface.triangles) {
+        const Vec3d p(surface.positions[a]), u = Vec3d(surface.positions[b]) - p,
+                                             v = Vec3d(surface.positions[c]) - p, across = direction.cross(v),
+                                             to = from - p;
+        const double determinant = u.dot(across);
+        if (determinant == 0) continue;
+        const Vec3d along = to.cross(u);
+        const double s = to.dot(across) / determinant, t = direction.dot(along) / determinant,
+                     place = v.dot(along) / determinant;
+        if (s >= 0 && t >= 0 && s + t < 1 && place > 0) places.push_back(place);
+    }
+    return places;
+}
+
 Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
                                        double object_seconds, const Progress& progress) {
     ObjectSurfaces result;

@@ -31,6 +31,13 @@ struct ObjectSurface {
     std::size_t double_edges = 0, missed_edges = 0;
 };
 
+/// Returns the places at which a ray crosses a surface, in multiples of its direction, unsorted.
+///
+/// from, direction  in the coordinates of the surface's positions.
+/// cost             2 ns per triangle.
+std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d& from,
+                                      const Vec3d& direction);
+
 /// Surfaces of some objects, and those that POV-Ray did not finish.
 struct ObjectSurfaces {
     std::vector<ObjectSurface> surfaces;  ///< Without empty ones, in the order of the requests.
@@ -54,7 +61,7 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 /// accuracy  8e-6 for the pigment at a point; a point within 0.1 cells of another surface of its object may
 ///           get that surface's pigment.
 /// errors    those of SceneQueries::answer.
-/// cost      two runs of POV-Ray and 2 us per vertex.
+/// cost      two runs of POV-Ray, three if a surface is transparent, and 2 us per vertex.
 /// source    a mesh_camera with one triangle for each ray.
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});

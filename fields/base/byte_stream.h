@@ -40,6 +40,15 @@ private:
     std::function<void(std::string_view)> write_;
 };
 
+/// Returns the bytes that write(ByteSink&) writes.
+template <class Write>
+std::string written_bytes(const Write& write) {
+    std::string bytes;
+    ByteSink sink([&bytes](std::string_view piece) { bytes += piece; });
+    write(sink);
+    return bytes;
+}
+
 /// Reads the bytes of a ByteSink. The bytes are untrusted: after a read past the end, this read and all
 /// further ones fail.
 class ByteSource {

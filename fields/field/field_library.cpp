@@ -122,8 +122,12 @@ Result<std::vector<LibraryEntry>> library_entries(const path& folder) {
     return entries;
 }
 
+bool is_mesh(const LibraryEntry& entry) {
+    return entry.file.extension() == mesh_ending;
+}
+
 Result<Done> verify_entry(const LibraryEntry& entry) {
-    if (entry.file.extension() == field_ending) return verify_field(entry.file);
+    if (!is_mesh(entry)) return verify_field(entry.file);
     HF_TRY_DONE(read_library_mesh(entry.file));
     return Done{};
 }

@@ -55,6 +55,9 @@ struct LibraryEntry {
     std::string trouble{};            ///< Why entity and card cannot be read; otherwise empty.
 };
 
+/// True for a prepared mesh, or a file that has the name of one.
+bool is_mesh(const LibraryEntry& entry);
+
 /// Lists all fields of a folder, then all prepared meshes, each by name. Reads and verifies only the head of
 /// each file.
 ///

@@ -53,17 +53,17 @@ std::uint64_t head_size(std::string_view bytes) {
 }  // namespace
 
 void write_field_head(const FieldHead& head, ByteSink& sink) {
-    std::string bytes;
-    ByteSink members([&](std::string_view piece) { bytes += piece; });
-    const VisibilityField& field = head.field;
-    members.text(field.entity);
-    members.value(field.keys);
-    members.value(field.settings);
-    members.value(field.bounds);
-    members.value(field.planar);
-    members.value(field.spherical);
-    members.value(field.error);
-    members.value(head.counts);
+    const std::string bytes = written_bytes([&](ByteSink& members) {
+        const VisibilityField& field = head.field;
+        members.text(field.entity);
+        members.value(field.keys);
+        members.value(field.settings);
+        members.value(field.bounds);
+        members.value(field.planar);
+        members.value(field.spherical);
+        members.value(field.error);
+        members.value(head.counts);
+    });
     sink.text(bytes);
     write_field_padding(sizeof(std::uint64_t) + bytes.size(), sink);
 }

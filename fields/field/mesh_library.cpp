@@ -20,15 +20,6 @@ constexpr std::uint32_t preparation_version = 1;
 
 constexpr const char *entity_section = "entity", *mesh_section = "mesh";
 
-/// Returns the bytes that `write` gives to a sink.
-template <class Write>
-std::string written(const Write& write) {
-    std::string bytes;
-    ByteSink sink([&bytes](std::string_view piece) { bytes += piece; });
-    write(sink);
-    return bytes;
-}
-
 void write_findings(const MeshFindings& findings, ByteSink& sink) {
     for (const std::uint64_t count :
          {findings.polygons, findings.non_finite_vertices, findings.duplicate_vertices,
@@ -118,7 +109,7 @@ bool is_consistent(const LibraryMesh& found) {
 
 std::string mesh_bytes(const PreparedMesh& mesh, const EntityOcclusion& occlusion,
                        const std::vector<CoarserMesh>& coarser) {
-    return written([&](ByteSink& sink) {
+    return written_bytes([&](ByteSink& sink) {
         write_mesh(mesh.original, sink);
         sink.value(std::uint8_t(mesh.opaque.has_value()));
         if (mesh.opaque) write_mesh(*mesh.opaque, sink);
@@ -166,7 +157,7 @@ std::string name_end(const ContentHash& key) {
 }  // namespace
 
 ContentHash preparation_key(const ImportedMesh& imported, const MeshPreparation& wanted) {
-    return content_hash(written([&](ByteSink& sink) {
+    return content_hash(written_bytes([&](ByteSink& sink) {
         sink.value(preparation_version);
         write_mesh(imported.mesh, sink);
         write_findings(imported.findings, sink);

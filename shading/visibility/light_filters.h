@@ -21,8 +21,8 @@ public:
     ///
     /// positions   [m]
     /// colour      fraction of light that passes each triangle, in [0, 1].
-    /// absorption  absorption coefficient between triangles that face a point and those that face away from
-    ///             it; >= 0. [1/m]
+    /// absorption  absorption coefficient inside a closed mesh; >= 0. [1/m] It has no effect where a ray
+    ///             crosses another mesh on its way through this one.
     void add(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
              const Rgb& colour, const Rgb& absorption = Rgb(0.0f));
 
@@ -31,8 +31,8 @@ public:
     /// cost  about 0.3 us per triangle.
     void commit();
 
-    /// Returns the fraction of light that passes all triangles between two points, and the absorbing space
-    /// between them (Beer and Lambert).
+    /// Returns the fraction of light that remains between two points. Triangles multiply it by their colours,
+    /// and absorption decreases it exponentially (Beer-Lambert law).
     ///
     /// accuracy  surfaces nearer to each other than 2e-6 of their distance from `from` count once; those of
     ///           one mesh that face the same side, than 1e-4.
