@@ -58,7 +58,7 @@ struct SceneMaterial : Material {
     Rgb emission{0, 0, 0};    ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
     Rgb ambient{0, 0, 0};     ///< Additional radiance that lights nothing. [W/(m^2 sr)]
 
-    bool glows() const { return emission != Rgb(0.0f); }  ///< True for emitters.
+    bool emits() const { return emission != Rgb(0.0f); }  ///< True for emitters.
 };
 
 /// A mesh with its materials, and the parameters of its preparation.
@@ -149,8 +149,8 @@ struct Scene {
     std::shared_ptr<const FilesInMemory> given;
 
     /// Tests whether a material emits light.
-    bool glows() const {
-        return std::ranges::any_of(materials, [](const auto& named) { return named.second.glows(); });
+    bool emits() const {
+        return std::ranges::any_of(materials, [](const auto& named) { return named.second.emits(); });
     }
 };
 

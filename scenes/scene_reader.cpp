@@ -452,7 +452,7 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
             scene.materials[name] = parsed_material(TomlTable(*material, "materials." + name, file), folder);
     // Something must emit light.
-    if (!root.has("lights") && !scene.glows()) {
+    if (!root.has("lights") && !scene.emits()) {
         root.require("environment");
         if (!scene.environment.lights)
             root.refuse("environment",

@@ -11,7 +11,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
     for (const auto& entity : entities.entities) {
         shaded.entities.push_back(
             {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials, entity->tints});
-        if (std::ranges::any_of(entity->surfaces, &Surface::glows))
+        if (std::ranges::any_of(entity->surfaces, &Surface::emits))
             shaded.entities.back().emitters = emitters_of(visible_surface(entity->mesh), entity->surfaces);
     }
     for (std::size_t i = 0; i < scene.instances.size(); ++i)

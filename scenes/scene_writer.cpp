@@ -136,7 +136,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
     if (material.convention == LobeConvention::povray) text += "convention = \"povray\"\n";
     if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
     if (material.vertex_colours) text += "vertex_colours = true\n";
-    if (material.glows()) text += fmt::format("emission = {}\n", list_of(material.emission));
+    if (material.emits()) text += fmt::format("emission = {}\n", list_of(material.emission));
     if (material.ambient != Rgb(0.0f)) text += fmt::format("ambient = {}\n", list_of(material.ambient));
     return text + reflection_text(material.reflection) + "\n";
 }
@@ -268,7 +268,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     }
     if (!text.empty()) text += "\n";
     // A scene without any light must say so.
-    if (scene.environment.is_black() && scene.lamps.empty() && !scene.glows()) text += "lights = []\n\n";
+    if (scene.environment.is_black() && scene.lamps.empty() && !scene.emits()) text += "lights = []\n\n";
     if (scene.bounces) text += fmt::format("bounces = {}\n\n", *scene.bounces);
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);

@@ -28,7 +28,7 @@ struct Surface {
 
     /// True if outgoing radiance is the material's reflected radiance alone.
     bool is_plain() const { return !texture && !coloured && own_radiance() == Rgb(0.0f); }
-    bool glows() const { return emission != Rgb(0.0f); }     ///< True if the surface emits light.
+    bool emits() const { return emission != Rgb(0.0f); }     ///< True if the surface emits light.
     Rgb own_radiance() const { return emission + ambient; }  ///< Radiance without any light.
     /// True if specular radiance must be known separately.
     bool has_separate_specular() const {

@@ -415,11 +415,11 @@ public:
         scene.eye = {2, 1.5f, 3};
     }
 
-    RelightSession session() const {
+    RelightSession session(int bounces = any_bounces) const {
         RenderSettings settings;
         settings.face_size = ExampleScene::size;
         settings.occlusion = Occlusion::fields;
-        settings.bounces.most = any_bounces;
+        settings.bounces.most = bounces;
         settings.bounces.directions = 512;
         return RelightSession(example.scene, settings, {0.003f});
     }
@@ -475,6 +475,64 @@ TEST(RelightSession, FramesOfAFixedEyeHaveIndirectLightInSpecularReflections) {
     session.set_eye({-1, 2, 3});
     ASSERT_TRUE(session.frame(FrameQuality::moving));
     EXPECT_TRUE(session.lacks_reflections());
+}
+
+/// Returns zeros, as many as there are values.
+SceneColours black(SceneColours values) {
+    for (std::vector<Rgb>& of_instance : values) std::ranges::fill(of_instance, Rgb(0.0f));
+    return values;
+}
+
+/// Returns one component of the radiance of each instance.
+SceneColours component(const RelightSession& session, Rgb Outgoing::*part) {
+    SceneColours colours(session.instances().size());
+    for (std::size_t i = 0; i < colours.size(); ++i)
+        for (const Outgoing& value : session.outgoing(i)) colours[i].push_back(value.*part);
+    return colours;
+}
+
+TEST(RelightSession, FramesHaveTheComponentsOfACommit) {
+    static const SpecularScene opened;
+    for (const int bounces : {0, any_bounces}) {
+        RelightSession session = opened.session(bounces);
+        const auto expect_components = [&](const char* what, double of_specular = 0.02,
+                                           double of_diffuse = 0.01) {
+            ASSERT_TRUE(session.frame()) << what;
+            const SceneColours diffuse = component(session, &Outgoing::diffuse),
+                               specular = component(session, &Outgoing::specular);
+            ASSERT_TRUE(session.commit());
+            EXPECT_LT(relative_rmse(diffuse, component(session, &Outgoing::diffuse)), of_diffuse)
+                << what << ", bounces " << bounces;
+            EXPECT_LT(relative_rmse(specular, component(session, &Outgoing::specular)), of_specular)
+                << what << ", bounces " << bounces;
+            EXPECT_GT(largest_difference(specular, black(specular)), 0.1);
+        };
+        Lamp lamp;
+        lamp.position = {0.3f, 1.5f, 1};
+        lamp.colour = Rgb(2.0f);
+        session.set_lamps({lamp});
+        ASSERT_TRUE(session.vary_instance(1));
+        ASSERT_TRUE(session.frame());
+        EXPECT_EQ(component(session, &Outgoing::diffuse), session.radiance());
+
+        session.separate_components(true);
+        EXPECT_FALSE(session.has_vectors());
+        ASSERT_TRUE(session.vary_instance(1));
+        session.place(1, {{-0.8f, 0, 0.1f}, 1});
+        // Indirect light stays as it was before the motion.
+        expect_components("instance", 0.05, bounces > 0 ? 0.03 : 0.01);
+        ASSERT_TRUE(session.vary_light());
+        expect_components("light");
+        ASSERT_TRUE(session.vary_eye());
+        session.set_eye({-1, 1, 3});
+        expect_components("eye");
+        ASSERT_TRUE(session.vary_lamps());
+        lamp.colour = Rgb(1.0f, 3.0f, 2.0f);
+        session.set_lamps({lamp});
+        expect_components("lamp");
+        session.separate_components(false);
+        EXPECT_EQ(component(session, &Outgoing::diffuse), session.radiance());
+    }
 }
 
 TEST(RelightSession, OcclusionIsChosenForEachCommit) {

@@ -11,7 +11,6 @@
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fixtures/with_threads.h"
-#include "tools/textured_session.h"
 
 namespace haarfield {
 namespace {
@@ -79,23 +78,18 @@ TEST(ThreadCount, IsRespectedByEveryComputation) {
         watch.check("after refinement");
 
         RelightSession session(shaded, settings, {});
-        TexturedSession seen(shaded, surfaces_of(entities), settings);
-        const auto check_session = [&](const auto& call, const std::string& what) {
-            EXPECT_TRUE(call(&RelightSession::prepare, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::vary_light, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::still, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::vary_eye, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::still, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::vary_instance, std::size_t(1), watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::frame, FrameQuality::moving, watch.progress())) << what;
-            EXPECT_TRUE(call(&RelightSession::commit, watch.progress())) << what;
-            watch.check("after frames of a " + what);
-        };
-        check_session(
-            [&](const auto& act, const auto&... with) { return std::invoke(act, session, with...); },
-            "RelightSession");
-        check_session([&](const auto& act, const auto&... with) { return seen.both(act, with...); },
-                      "TexturedSession");
+        for (const bool separates : {false, true}) {
+            session.separate_components(separates);
+            EXPECT_TRUE(session.prepare(watch.progress()));
+            EXPECT_TRUE(session.vary_light(watch.progress()));
+            EXPECT_TRUE(session.frame(FrameQuality::still, watch.progress()));
+            EXPECT_TRUE(session.vary_eye(watch.progress()));
+            EXPECT_TRUE(session.frame(FrameQuality::still, watch.progress()));
+            EXPECT_TRUE(session.vary_instance(1, watch.progress()));
+            EXPECT_TRUE(session.frame(FrameQuality::moving, watch.progress()));
+            EXPECT_TRUE(session.commit(watch.progress()));
+            watch.check("after frames of a session");
+        }
         EXPECT_GT(watch.checks(), 20u);
         EXPECT_EQ(watch.wrong(), std::set<std::string>());
     });

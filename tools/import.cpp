@@ -108,7 +108,7 @@ Result<ExitCode> run_povray_import(const ImportOptions& options, CommandContext&
         HF_TRY_DONE(check_input_file(options.environment, "a lat-long image"));
         scene.environment.image = options.environment;
         scene.environment.exposure.reset();
-    } else if (scene.lamps.empty() && !scene.glows() && scene.environment.is_black()) {
+    } else if (scene.lamps.empty() && !scene.emits() && scene.environment.is_black()) {
         // A declared object contains no light.
         scene.environment.sky = AnalyticSky();
         scene.environment.exposure.reset();

@@ -9,6 +9,7 @@
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/relight_modes.h"
+#include "tools/session_error.h"
 #include "tools/stopwatch.h"
 
 #include <fmt/format.h>
@@ -51,18 +52,16 @@ public:
     Result<Done> write(const std::filesystem::path& output, int frame, const RelightMode& mode,
                        FrameQuality quality, const Progress& progress) {
         const bool is_picture = stage_.options.format != "povray";
-        TexturedSession& session = *stage_.session;
+        RelightSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
-            HF_TRY_DONE(timed([&] {
-                return mode.in_full ? session.both(&RelightSession::commit, progress)
-                                    : session.both(&RelightSession::frame, quality, progress);
-            }));
+            HF_TRY_DONE(timed(
+                [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); }));
         }
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
         Result<Done> shaded = Done{};
         std::vector<BakedInstance> instances = displayed_instances();
         const auto shade_seen = [&](const VertexMask& seen) {
-            shaded = timed([&] { return session.both(&RelightSession::frame_of, seen, quality, progress); });
+            shaded = timed([&] { return session.frame_of(seen, quality, progress); });
             if (shaded) std::ranges::copy(displayed_instances(), instances.begin());
             return bool(shaded);
         };
@@ -152,12 +151,12 @@ std::pair<int, int> frame_range(const RelightOptions& options, const CommandCont
 
 /// Measures and reports the error of the frame that the session shows.
 Result<Done> report_error(RelightStage& stage, const SceneEntities& entities, CommandContext& context) {
-    TexturedSession& session = *stage.session;
+    RelightSession& session = *stage.session;
     // A fade ends with its last environment.
-    if (stage.environments.size() > 1)
-        session.both(&RelightSession::set_environment, stage.environments.back());
+    if (stage.environments.size() > 1) session.set_environment(stage.environments.back());
     Preview preview;
-    HF_TRY(const BakeError error, session.error(entities, stage.scene.camera, preview, context.progress));
+    HF_TRY(const BakeError error,
+           session_error(session, entities, stage.scene.camera, preview, context.progress));
     if (error.points == 0) return Done{};
     context.report["error"] = error_report(error);
     context.report["error"]["frame"] = "last";
@@ -210,13 +209,14 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     apply_bounces(stage.scene, stage.settings.bounces);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    TexturedSession relight(shaded_scene(stage.scene, entities, stage.environments[0]), surfaces_of(entities),
-                            stage.settings, options.render.transfer);
+    RelightSession relight(shaded_scene(stage.scene, entities, stage.environments[0]), stage.settings,
+                           options.render.transfer);
+    relight.separate_components(has_separate_specular(entities));
     stage.session = &relight;
     HF_TRY(const RelightMode mode, chosen_mode(stage));
 
     const Stopwatch watch;
-    HF_TRY_DONE(relight.both(&RelightSession::prepare, context.progress));
+    HF_TRY_DONE(relight.prepare(context.progress));
     const RunTime for_scene = watch.elapsed();
     HF_TRY_DONE(mode.prepare(context.progress));
     const RunTime setup = watch.elapsed(), for_vectors = setup - for_scene;

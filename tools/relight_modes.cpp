@@ -16,14 +16,11 @@ namespace {
 RelightMode spinning_light(RelightStage& stage) {
     const auto& axis = stage.options.axis;
     return {.name = "spin-light",
-            .prepare =
-                [&](const Progress& progress) {
-                    return stage.session->both(&RelightSession::vary_light, progress);
-                },
+            .prepare = [&](const Progress& progress) { return stage.session->vary_light(progress); },
             .change =
                 [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
                     stage.rotation = rotation_about(axis, 2 * pi * share);
-                    stage.session->both(&RelightSession::turn_environment, stage.rotation);
+                    stage.session->turn_environment(stage.rotation);
                 },
             .closed = true};
 }
@@ -43,8 +40,7 @@ RelightMode fading_lights(RelightStage& stage) {
             if (stage.weights[i] > 0)
                 for (const auto& [direction, irradiance] : encoded->lights[i])
                     lights.push_back({direction, irradiance * stage.weights[i]});
-        stage.session->both(&RelightSession::show_light, weighted_sum(smooth, stage.weights),
-                            std::move(lights));
+        stage.session->show_light(weighted_sum(smooth, stage.weights), std::move(lights));
     };
     const auto show = [&stage, encoded, show_mixed](double share) {
         const double place = share * double(encoded->smooth.size() - 1);
@@ -66,7 +62,7 @@ RelightMode fading_lights(RelightStage& stage) {
                 // The vectors are pruned for all environments.
                 std::ranges::fill(stage.weights, 1 / static_cast<float>(encoded->smooth.size()));
                 show_mixed();
-                return stage.session->both(&RelightSession::vary_light, progress);
+                return stage.session->vary_light(progress);
             },
             .change = show};
 }
@@ -74,16 +70,13 @@ RelightMode fading_lights(RelightStage& stage) {
 /// Orbits the target, counter-clockwise as viewed from above.
 RelightMode orbiting_eye(RelightStage& stage) {
     return {.name = "orbit",
-            .prepare =
-                [&](const Progress& progress) {
-                    return stage.session->both(&RelightSession::vary_eye, progress);
-                },
+            .prepare = [&](const Progress& progress) { return stage.session->vary_eye(progress); },
             .change =
                 [&stage, start = stage.scene.camera.position](double share) {
                     Camera& camera = stage.scene.camera;
                     camera.position =
                         camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
-                    stage.session->both(&RelightSession::set_eye, camera.position);
+                    stage.session->set_eye(camera.position);
                 },
             .closed = true,
             .by_vertex = true};
@@ -140,18 +133,17 @@ std::vector<Stop> even_pace(std::span<const Vec3f> path) {
 void place(RelightStage& stage, const Motion& motion, double share) {
     Placement& placement = stage.scene.instances[motion.instance].placement;
     placement = motion.at(share);
-    stage.session->both(&RelightSession::place, motion.instance, placement);
+    stage.session->place(motion.instance, placement);
 }
 
 /// Moves an instance without rotation, with transfer vectors that follow it.
 RelightMode moving_instance(RelightStage& stage, Motion motion) {
-    return {.name = "move",
-            .prepare =
-                [&stage, instance = motion.instance](const Progress& progress) {
-                    return stage.session->both(&RelightSession::vary_instance, instance, progress);
-                },
-            .change = [&stage, motion = std::move(motion)](double share) { place(stage, motion, share); },
-            .rests = true};
+    return {
+        .name = "move",
+        .prepare = [&stage, instance = motion.instance](
+                       const Progress& progress) { return stage.session->vary_instance(instance, progress); },
+        .change = [&stage, motion = std::move(motion)](double share) { place(stage, motion, share); },
+        .rests = true};
 }
 
 RelightMode moving_instances(RelightStage& stage, std::vector<Motion> motions) {
@@ -278,15 +270,12 @@ void change_lamps(RelightStage& stage, std::span<const LampChange> changes, doub
         lamp.target = value_at(change.targets, time);
         lamp.colour = Rgb(value_at(change.colours, time));
     }
-    stage.session->both(&RelightSession::set_lamps, lamps_of(stage.scene.lamps));
+    stage.session->set_lamps(lamps_of(stage.scene.lamps));
 }
 
 RelightMode changing_lamps(RelightStage& stage, std::vector<LampChange> changes) {
     return {.name = "lamps",
-            .prepare =
-                [&stage](const Progress& progress) {
-                    return stage.session->both(&RelightSession::vary_lamps, progress);
-                },
+            .prepare = [&stage](const Progress& progress) { return stage.session->vary_lamps(progress); },
             .change = [&stage,
                        changes = std::move(changes)](double share) { change_lamps(stage, changes, share); }};
 }

@@ -2,8 +2,8 @@
 /// The changes that `relight` makes from frame to frame: the light, the view or the placement of instances.
 
 #include "scenes/scene.h"
+#include "shading/transfer/relight_session.h"
 #include "tools/scene_options.h"
-#include "tools/textured_session.h"
 
 namespace haarfield {
 
@@ -38,7 +38,7 @@ struct RelightStage {
     std::vector<LatLongImage> backgrounds;  ///< The environments as images.
     std::vector<float> weights;             ///< Of the environments, in the current frame.
     Rotation rotation;                      ///< Of the environments, in the current frame.
-    TexturedSession* session = nullptr;
+    RelightSession* session = nullptr;
 
     Rgb background(const Vec3f& direction) const;
 };

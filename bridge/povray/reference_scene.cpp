@@ -603,7 +603,7 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
         const SceneEntity& entity = originals.of_instance(i);
         instances.push_back(
             {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
-        if (std::ranges::any_of(entity.surfaces, &Surface::glows))
+        if (std::ranges::any_of(entity.surfaces, &Surface::emits))
             instances.back().emitters = emitters_of(visible_surface(entity.mesh), entity.surfaces);
     }
     return instances;

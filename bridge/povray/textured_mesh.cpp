@@ -25,10 +25,10 @@ struct CornerAppearance {
     bool shines() const { return added != Colour{0, 0, 0}; }
 };
 
-struct CornerLookHash {
-    std::size_t operator()(const CornerAppearance& look) const {
-        std::size_t hash = reinterpret_cast<std::uintptr_t>(look.image);
-        for (const Colour& colour : {look.textured, look.added})
+struct CornerAppearanceHash {
+    std::size_t operator()(const CornerAppearance& appearance) const {
+        std::size_t hash = reinterpret_cast<std::uintptr_t>(appearance.image);
+        for (const Colour& colour : {appearance.textured, appearance.added})
             for (const float channel : colour) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
         return hash ^ (hash >> 29);
     }
@@ -38,16 +38,18 @@ std::string rgb_text(const Colour& colour, float times = 1) {
     return fmt::format("<{:.6g},{:.6g},{:.6g}>", colour[0] * times, colour[1] * times, colour[2] * times);
 }
 
-std::string texture_text(const CornerAppearance& look, const std::string& finish) {
-    if (!look.image)
-        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(look.textured), finish);
+std::string texture_text(const CornerAppearance& appearance, const std::string& finish) {
+    if (!appearance.image)
+        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(appearance.textured), finish);
     const auto layer = [&](const std::string& pigment, const Colour& light, float times) {
         return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
     };
-    if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.textured, 1));
+    if (!appearance.shines())
+        return fmt::format("texture{{{}}}", layer(appearance.image->pigment, appearance.textured, 1));
     // The average of the two, each twice as bright.
     return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
-                       layer(look.image->pigment, look.textured, 2), layer("rgb 1", look.added, 2));
+                       layer(appearance.image->pigment, appearance.textured, 2),
+                       layer("rgb 1", appearance.added, 2));
 }
 
 /// Moves transparent triangles outwards. POV-Ray loses the whole mesh behind a hit that is closer to the
@@ -62,18 +64,19 @@ void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distan
 }
 
 /// The distinct appearances of corners, numbered in order of occurrence.
-class Looks {
+class Appearances {
 public:
-    std::uint32_t number_of(const CornerAppearance& look) {
-        const auto [entry, is_new] = numbers_.emplace(look, static_cast<std::uint32_t>(looks_.size()));
-        if (is_new) looks_.push_back(look);
+    std::uint32_t number_of(const CornerAppearance& appearance) {
+        const auto [entry, is_new] =
+            numbers_.emplace(appearance, static_cast<std::uint32_t>(appearances_.size()));
+        if (is_new) appearances_.push_back(appearance);
         return entry->second;
     }
-    const std::vector<CornerAppearance>& all() const { return looks_; }
+    const std::vector<CornerAppearance>& all() const { return appearances_; }
 
 private:
-    std::unordered_map<CornerAppearance, std::uint32_t, CornerLookHash> numbers_;
-    std::vector<CornerAppearance> looks_;
+    std::unordered_map<CornerAppearance, std::uint32_t, CornerAppearanceHash> numbers_;
+    std::vector<CornerAppearance> appearances_;
 };
 
 /// The uvs of vertices, unless all triangles are mapped, and three uvs of each mapped triangle.
@@ -176,9 +179,9 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     auto out = std::back_inserter(faces);
     fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
     // Mapped textures come first, one per image.
-    Looks looks;
-    const auto number_of = [&](const CornerAppearance& look) {
-        return mapped_images.size() + looks.number_of(look);
+    Appearances appearances;
+    const auto number_of = [&](const CornerAppearance& appearance) {
+        return mapped_images.size() + appearances.number_of(appearance);
     };
     for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
         const auto& triangle = mesh.triangles[t];
@@ -199,7 +202,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     faces += " }\n";
 
     std::string& text = result.text;
-    result.textures = mapped_images.size() + looks.all().size();
+    result.textures = mapped_images.size() + appearances.all().size();
     text.reserve(faces.size() + 200 * mesh.positions.size());
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
@@ -209,7 +212,8 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     text += fmt::format("texture_list {{ {}", result.textures);
     for (const auto& [image, reflection] : mapped_images)
         text += ",\n" + result.mapped->texture(image, reflection);
-    for (const CornerAppearance& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
+    for (const CornerAppearance& appearance : appearances.all())
+        text += ",\n" + texture_text(appearance, object + "_Finish");
     text += " }\n";
     text += faces;
     if (result.mapped) append_povray_indices(text, "uv_indices", own.indices);

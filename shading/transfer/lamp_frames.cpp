@@ -119,7 +119,7 @@ SceneColours LampFrames::diffuse(const ShadedScene& scene) const {
     return sum;
 }
 
-void LampFrames::add_to(SceneColours& radiance, const VertexMask* vertices) const {
+void LampFrames::add_to(SceneColours& radiance, SceneColours* diffuse, const VertexMask* vertices) const {
     std::vector<std::pair<const SceneRadiance*, Rgb>> units;
     for_each_light([&](const SceneRadiance& unit, const Rgb& colour) { units.emplace_back(&unit, colour); });
     if (units.empty()) return;
@@ -128,8 +128,10 @@ void LampFrames::add_to(SceneColours& radiance, const VertexMask* vertices) cons
                           [&](const tbb::blocked_range<std::size_t>& some) {
                               for (std::size_t v = some.begin(); v != some.end(); ++v) {
                                   if (vertices && !(*vertices)[i][v]) continue;
-                                  for (const auto& [unit, colour] : units)
+                                  for (const auto& [unit, colour] : units) {
                                       radiance[i][v] += (*unit)[i][v].total() * colour;
+                                      if (diffuse) (*diffuse)[i][v] += (*unit)[i][v].diffuse * colour;
+                                  }
                               }
                           });
 }

@@ -23,9 +23,10 @@ public:
 
     /// Adds the light of all lamps, in their colours, to the radiance of vertices.
     ///
+    /// diffuse   null, or the diffuse component of the radiance, to which theirs is added.
     /// vertices  the vertices to be updated; null: all.
     /// cost      1 ns per vertex and lamp.
-    void add_to(SceneColours& radiance, const VertexMask* vertices) const;
+    void add_to(SceneColours& radiance, SceneColours* diffuse, const VertexMask* vertices) const;
 
     /// Returns true if lamps and emitters emit no light.
     bool is_dark() const;

@@ -9,7 +9,7 @@ namespace haarfield {
 namespace {
 
 constexpr std::size_t most_tried = 4;
-constexpr float negligible_highlight = 2e-4f;  ///< Relative to the lobe's peak.
+constexpr float negligible_lobe = 2e-4f;  ///< Relative to the lobe's peak.
 
 /// Moves the light nearest to the axis to the front. After it come lights that are each farthest from all
 /// those before.
@@ -70,19 +70,19 @@ void cut(std::span<DirectionalLight> lights, float size, std::vector<LightCluste
 }
 
 /// The specular term of a receiver, and the directions in which it is not negligible.
-struct Highlights {
+struct SpecularTerm {
     VertexBrdf brdf;  ///< Without the diffuse term.
     float least = 2;  ///< Cosine to the mirror direction below which the term is negligible; above 1: no
                       ///< term.
 
-    explicit Highlights(const VertexBrdf& whole) : brdf(whole) {
+    explicit SpecularTerm(const VertexBrdf& whole) : brdf(whole) {
         brdf.diffuse = Rgb(0.0f);
         if (!brdf.has_specular()) return;
         for (const Lobe& lobe : brdf.lobes)
             if (lobe.weight > 0)
                 least = std::min(least, lobe.axis != LobeAxis::mirror || lobe.exponent == 0
                                             ? -2.0f
-                                            : std::exp(std::log(negligible_highlight) / lobe.exponent));
+                                            : std::exp(std::log(negligible_lobe) / lobe.exponent));
     }
 
     bool may_show(const LightCluster& cluster) const {
@@ -100,8 +100,8 @@ public:
     LitPacket(const ShadowRays& rays, std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
               std::span<Rgb> diffuse)
         : rays_(rays), receivers_(receivers), radiance_(radiance), diffuse_(diffuse) {
-        specular_lobes_.reserve(receivers.size());
-        for (const ShadingPoint& receiver : receivers) specular_lobes_.emplace_back(receiver.brdf);
+        specular_terms_.reserve(receivers.size());
+        for (const ShadingPoint& receiver : receivers) specular_terms_.emplace_back(receiver.brdf);
     }
 
     /// visibility  those of the cluster: by receiver, `step` apart; or empty.
@@ -158,10 +158,10 @@ private:
         const Rgb shed = brdf.diffuse * by_cosine;
         radiance_[i] += shed;
         if (!diffuse_.empty()) diffuse_[i] += shed;
-        if (specular_lobes_[i].may_show(cluster))
+        if (specular_terms_[i].may_show(cluster))
             for (const DirectionalLight& light : cluster.lights)
                 radiance_[i] +=
-                    reflectance(specular_lobes_[i].brdf, light.direction).total() * light.irradiance;
+                    reflectance(specular_terms_[i].brdf, light.direction).total() * light.irradiance;
     }
 
     void add_one(std::size_t i, const DirectionalLight& light) {
@@ -175,7 +175,7 @@ private:
     const ShadowRays& rays_;
     ReceiverPacket receivers_;
     std::span<Rgb> radiance_, diffuse_;
-    std::vector<Highlights> specular_lobes_;
+    std::vector<SpecularTerm> specular_terms_;
 };
 
 }  // namespace

@@ -54,6 +54,28 @@ bool differ_in_place_only(std::span<const ShadedInstance> before, std::span<cons
     return true;
 }
 
+/// Adds values at vertices, in parallel.
+///
+/// vertices  null: all.
+/// value     returns the summand of an instance and a vertex.
+template <class Value>
+void add_at_vertices(SceneColours& sums, const VertexMask* vertices, const Value& value) {
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        for_rows(sums[i].size(), [&](std::size_t v) {
+            if (!vertices || (*vertices)[i][v]) sums[i][v] += value(i, v);
+        });
+}
+
+/// Replaces the values without moving their memory, if their number is equal.
+void replace(SceneColours& values, SceneColours by) {
+    values.resize(by.size());
+    for (std::size_t i = 0; i < by.size(); ++i)
+        if (values[i].size() == by[i].size())
+            std::ranges::copy(by[i], values[i].begin());
+        else
+            values[i] = std::move(by[i]);
+}
+
 bool has_specular(const ShadedScene& scene) {
     return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
         return std::ranges::any_of(entity.materials,
@@ -187,7 +209,7 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
     HF_TRY(const DenseCoefficients* typical, light(progress));
     HF_TRY(LightTransfer made,
            light_transfer(scene(), *geometry, settings, transfer_settings_, *typical, progress));
-    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}};
+    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}, {}};
     if (settings.bounces.most > 0) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
         std::vector<Rgb> radiance, diffuse;
@@ -233,28 +255,40 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     HF_TRY(const RgbCubemapTree* light, light_tree(progress));
     HF_TRY(MotionTransfer made, motion_transfer(scene(), *geometry, settings, transfer_settings_, *light,
                                                 all_lights(turned_sources()), instance, progress));
-    SceneColours indirect;
+    std::optional<MattMotion> matt;
+    if (separates_components_) {
+        ShadedScene without_specular = scene();
+        without_specular.environment = {};
+        for (ShadedEntity& entity : without_specular.entities)
+            for (Material& material : entity.materials) material.specular = Rgb(0.0f);
+        HF_TRY(MotionTransfer of_matt,
+               motion_transfer(without_specular, *geometry, settings, transfer_settings_, *light,
+                               all_lights(turned_sources()), instance, progress));
+        matt = {std::move(without_specular), std::move(of_matt)};
+    }
+    SceneRadiance indirect;
     if (settings.bounces.most > 0) {
         if (!resting_.find(inputs_)) {
             const SceneLight now = scene_light(rotated_environment(progress.stop), settings, progress.stop);
             HF_TRY(const SceneRadiance direct, scene_radiance({scene(), *geometry, now, settings}, progress));
             HF_TRY(const IndirectLight found, indirect_at_rest(direct, now, progress));
-            HF_TRY(const SceneRadiance resting, radiance_at_rest(found, now, progress));
-            resting_.store(total(resting), inputs_);
+            HF_TRY(SceneRadiance resting, radiance_at_rest(found, now, progress));
+            resting_.store(std::move(resting), inputs_);
         }
         HF_TRY_DONE(update_lamps(progress));
         indirect = *resting_.find(inputs_);
     }
-    transfer_.emplace<ByMotion>().store({std::move(made), instances(), std::move(indirect)}, inputs_);
+    transfer_.emplace<ByMotion>().store({std::move(made), instances(), std::move(indirect), std::move(matt)},
+                                        inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_lamps(const Progress& progress) {
-    HF_TRY(SceneColours steady,
+    HF_TRY(const SceneRadiance steady,
            full_radiance(scene_light(rotated_environment(progress.stop), inputs_.settings, progress.stop),
                          progress));
     HF_TRY_DONE(update_lamps(progress));
-    transfer_.emplace<ByLamps>().store({std::move(steady)}, inputs_);
+    transfer_.emplace<ByLamps>().store({total(steady), diffuse_component(steady)}, inputs_);
     return Done{};
 }
 
@@ -315,6 +349,12 @@ void RelightSession::set_occlusion(Occlusion occlusion) {
     inputs_.settings.occlusion = occlusion;
 }
 
+void RelightSession::separate_components(bool separates) {
+    separates_components_ = separates;
+    if (!separates) diffuse_.clear();
+    drop_outdated();
+}
+
 std::size_t RelightSession::add(const ShadedInstance& instance) {
     assert(instance.entity < scene().entities.size());
     inputs_.scene.instances.push_back(instance);
@@ -359,7 +399,8 @@ bool RelightSession::has_vectors() const {
     if (std::holds_alternative<ByLamps>(transfer_)) return std::get<ByLamps>(transfer_).find(inputs_);
     const auto* by_motion = std::get_if<ByMotion>(&transfer_);
     const MotionFrames* frames = by_motion ? by_motion->find(inputs_) : nullptr;
-    return frames && differ_in_place_only(frames->instances, instances(), frames->transfer.instance);
+    return frames && (frames->matt || !separates_components_) &&
+           differ_in_place_only(frames->instances, instances(), frames->transfer.instance);
 }
 
 Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progress) {
@@ -395,62 +436,75 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
                 return Done{};
         },
         transfer_));
-    lamp_frames().add_to(radiance_, vertices);
-    if (const Bounced* lamps = lamps_bounced_.last()) add_to_radiance(lamps->reflected, vertices);
+    lamp_frames().add_to(radiance_, separates_components_ ? &diffuse_ : nullptr, vertices);
+    if (const Bounced* lamps = lamps_bounced_.last()) add_diffuse(lamps->reflected, vertices);
     if (const auto* by_eye = std::get_if<ByEye>(&transfer_)) {
         HF_TRY_DONE(add_reflections(*by_eye->last(), quality, vertices, progress));
     } else if (const SceneColours* reflected = lamps_reflected_.last()) {
-        add_to_radiance(*reflected, vertices);
+        add_specular(*reflected, vertices);
     }
     placed_fill()(radiance_);
+    if (separates_components_) placed_fill()(diffuse_);
     return Done{};
 }
 
 Result<Done> RelightSession::shade(LightFrames& frames, FrameQuality quality, const VertexMask* /*vertices*/,
                                    const Progress& progress) {
     HF_TRY(const DenseCoefficients* now, light(progress));
-    if (inputs_.settings.bounces.most == 0)
-        return shade_frame(frames.transfer, scene(), *geometry_, *now, source_lights(quality), quality,
-                           radiance_, progress);
-    std::vector<Rgb>& radiance = frames.radiance;
+    const bool bounces = inputs_.settings.bounces.most > 0, separates = separates_components_;
+    std::vector<Rgb>&radiance = frames.radiance, &diffuse = frames.diffuse;
     HF_TRY_DONE(shade_rows(frames.transfer, geometry_->rays, *now, source_lights(quality), quality, radiance,
-                           &frames.direct, progress));
-    frames.direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(frames.direct));
-    HF_TRY_DONE(find_irradiance(frames, quality, progress));
-    const bool reflects = !frames.last.reflected.empty();
-    for_rows(radiance.size(), [&](std::size_t row) {
-        const Rgb diffuse =
-            frames.transfer.colours[frames.transfer.colour_of_row[row]][0] * frames.irradiance[row];
-        radiance[row] = without_negative(radiance[row]) + diffuse;
-        if (reflects) radiance[row] += frames.last.reflected[row];
-    });
+                           bounces || separates ? &frames.direct : nullptr, progress));
+    if (separates) diffuse = frames.direct;
+    if (bounces) {
+        frames.direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(frames.direct));
+        HF_TRY_DONE(find_irradiance(frames, quality, progress));
+        const bool reflects = !frames.last.reflected.empty();
+        for_rows(radiance.size(), [&](std::size_t row) {
+            const Rgb indirect =
+                frames.transfer.colours[frames.transfer.colour_of_row[row]][0] * frames.irradiance[row];
+            radiance[row] = without_negative(radiance[row]) + indirect;
+            if (reflects) radiance[row] += frames.last.reflected[row];
+            if (separates) diffuse[row] += indirect;
+        });
+    }
     store_radiance(scene(), *geometry_, radiance, radiance_);
+    if (separates) store_radiance(scene(), *geometry_, diffuse, diffuse_);
     return Done{};
 }
 
 Result<Done> RelightSession::shade(EyeFrames& frames, FrameQuality /*quality*/, const VertexMask* vertices,
                                    const Progress& progress) {
-    const Result<Done> shaded =
-        shade_frame(frames.transfer, scene(), *geometry_, radiance_, vertices, progress);
-    if (shaded) add_to_radiance(frames.indirect.reflected, vertices);
-    return shaded;
+    HF_TRY_DONE(shade_frame(frames.transfer, scene(), *geometry_, radiance_, vertices, progress));
+    if (separates_components_)
+        store_radiance(scene(), *geometry_, frames.transfer.diffuse, diffuse_, vertices);
+    add_diffuse(frames.indirect.reflected, vertices);
+    return Done{};
 }
 
 Result<Done> RelightSession::shade(MotionFrames& frames, FrameQuality quality, const VertexMask* /*vertices*/,
                                    const Progress& progress) {
-    const Result<Done> shaded =
-        shade_frame(frames.transfer, scene(), *geometry_, inputs_.settings, quality, radiance_, progress);
-    if (shaded) add_to_radiance(frames.indirect, nullptr);
-    return shaded;
+    SceneColours diffuse;
+    if (separates_components_) {
+        frames.matt->scene.instances = instances();
+        HF_TRY_DONE(shade_frame(frames.matt->transfer, frames.matt->scene, *geometry_, inputs_.settings,
+                                quality, diffuse, progress));
+    }
+    HF_TRY_DONE(
+        shade_frame(frames.transfer, scene(), *geometry_, inputs_.settings, quality, radiance_, progress));
+    diffuse_ = std::move(diffuse);
+    add(frames.indirect);
+    return Done{};
 }
 
 Result<Done> RelightSession::shade(OtherLight& frames, FrameQuality /*quality*/,
                                    const VertexMask* /*vertices*/, const Progress& /*progress*/) {
     radiance_ = frames.radiance;
+    if (separates_components_) diffuse_ = frames.diffuse;
     return Done{};
 }
 
-Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
+Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
     HF_TRY(const ShadingGeometry* geometry, current_geometry(progress));
     if (progress.stop.stop_requested()) return interruption();
     HF_TRY(const CachedVisibility* visibility, cached_visibility(progress));
@@ -458,28 +512,29 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
     HF_TRY(SceneRadiance radiance, scene_radiance(shading, progress));
     if (inputs_.settings.bounces.most == 0) {
         placed_fill()(radiance);
-        return total(radiance);
+        return radiance;
     }
     HF_TRY(const IndirectLight indirect, indirect_at_rest(radiance, light, progress));
-    HF_TRY(const SceneRadiance resting, radiance_at_rest(indirect, light, progress));
+    HF_TRY(SceneRadiance resting, radiance_at_rest(indirect, light, progress));
     // By component, as a bake adds them, so that the sums are bit-identical.
     for (std::size_t i = 0; i < resting.size(); ++i) {
         std::vector<Outgoing>& sums = radiance[i];
         for_rows(sums.size(), [&](std::size_t v) { sums[v] += resting[i][v]; });
         geometry->entities[instances()[i].entity].fill(sums);
     }
-    if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(resting), inputs_);
+    if (light.lamps.empty() && light.emitters.empty()) resting_.store(std::move(resting), inputs_);
     placed_fill()(radiance);
-    return total(radiance);
+    return radiance;
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
     Environment environment = rotated_environment(progress.stop);
-    HF_TRY(SceneColours full,
+    HF_TRY(const SceneRadiance full,
            full_radiance(scene_light(scene(), environment, inputs_.settings, progress.stop), progress));
     inputs_.scene.environment = std::move(environment);
     lacks_reflections_ = false;
-    keep(std::move(full));
+    replace(radiance_, total(full));
+    if (separates_components_) diffuse_ = diffuse_component(full);
     return Done{};
 }
 
@@ -501,13 +556,15 @@ Result<BakeError> RelightSession::error(const SceneRadiance& shown, std::vector<
     return vertex_bake_error(shading, shown, std::move(population), accuracy, progress);
 }
 
-void RelightSession::keep(SceneColours radiance) {
-    radiance_.resize(radiance.size());
-    for (std::size_t i = 0; i < radiance.size(); ++i)
-        if (radiance_[i].size() == radiance[i].size())
-            std::ranges::copy(radiance[i], radiance_[i].begin());
-        else
-            radiance_[i] = std::move(radiance[i]);
+std::vector<Outgoing> RelightSession::outgoing(std::size_t instance) const {
+    const std::vector<Rgb>& all = radiance_[instance];
+    std::vector<Outgoing> result;
+    result.reserve(all.size());
+    for (std::size_t v = 0; v < all.size(); ++v) {
+        const Rgb specular = diffuse_.empty() ? Rgb(0.0f) : without_negative(all[v] - diffuse_[instance][v]);
+        result.push_back({all[v] - specular, specular});
+    }
+    return result;
 }
 
 Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& direct, const SceneLight& light,
@@ -633,7 +690,7 @@ Result<Done> RelightSession::add_reflections(const EyeFrames& frames, FrameQuali
     if (const Bounced* lamps = lamps_bounced_.last(); lamps && !lamps->diffuse.empty())
         for_rows(diffuse.size(), [&](std::size_t row) { diffuse[row] += lamps->diffuse[row]; });
     HF_TRY(const SceneColours reflected, reflections(diffuse, vertices, progress));
-    add_to_radiance(reflected, vertices);
+    add_specular(reflected, vertices);
     return Done{};
 }
 
@@ -654,11 +711,23 @@ SceneColours RelightSession::radiance_by(std::span<const Rgb> irradiance) const 
     return radiance;
 }
 
-void RelightSession::add_to_radiance(const SceneColours& part, const VertexMask* vertices) {
-    for (std::size_t i = 0; i < part.size(); ++i)
-        for_rows(part[i].size(), [&](std::size_t v) {
-            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
-        });
+void RelightSession::add_diffuse(const SceneColours& part, const VertexMask* vertices) {
+    if (part.empty()) return;
+    const auto value = [&](std::size_t i, std::size_t v) { return part[i][v]; };
+    add_at_vertices(radiance_, vertices, value);
+    if (separates_components_) add_at_vertices(diffuse_, vertices, value);
+}
+
+void RelightSession::add_specular(const SceneColours& part, const VertexMask* vertices) {
+    if (!part.empty())
+        add_at_vertices(radiance_, vertices, [&](std::size_t i, std::size_t v) { return part[i][v]; });
+}
+
+void RelightSession::add(const SceneRadiance& part) {
+    if (part.empty()) return;
+    add_at_vertices(radiance_, nullptr, [&](std::size_t i, std::size_t v) { return part[i][v].total(); });
+    if (separates_components_)
+        add_at_vertices(diffuse_, nullptr, [&](std::size_t i, std::size_t v) { return part[i][v].diffuse; });
 }
 
 std::size_t RelightSession::transfer_bytes() const {

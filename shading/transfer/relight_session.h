@@ -100,6 +100,10 @@ public:
     /// Chooses how the calls that follow compute occlusion by other objects. Existing vectors remain valid.
     /// Visibility is cached only for the occlusion that the session was opened with.
     void set_occlusion(Occlusion occlusion);
+    /// Chooses whether the calls that follow separate the components of radiance for outgoing(), as textures
+    /// need it. Frames and vectors for a moving instance then take twice as long; vectors made without this
+    /// are invalid.
+    void separate_components(bool separates);
 
     /// Adds an instance of an entity of the scene. Returns its index, the last.
     std::size_t add(const ShadedInstance& instance);
@@ -151,8 +155,15 @@ public:
     /// until instances are cloned or removed, or take_radiance() is called.
     const SceneColours& radiance() const { return radiance_; }
 
+    /// Returns the components of the radiance of an instance. The specular one is zero unless components were
+    /// separated by the last frame or commit.
+    std::vector<Outgoing> outgoing(std::size_t instance) const;
+
     /// Moves the radiance out of the session without copying it. The next frame or commit allocates memory.
-    SceneColours take_radiance() { return std::exchange(radiance_, {}); }
+    SceneColours take_radiance() {
+        diffuse_.clear();
+        return std::exchange(radiance_, {});
+    }
 
     /// Returns the memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const;
@@ -180,7 +191,7 @@ private:
         };
         LastFrame last;
         /// Buffers, reused by all frames.
-        std::vector<Rgb> radiance, direct, sent, irradiance;
+        std::vector<Rgb> radiance, diffuse, direct, sent, irradiance;
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
@@ -191,17 +202,23 @@ private:
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
+    /// The scene without specular terms, and its state of frames in which an instance moves.
+    struct MattMotion {
+        ShadedScene scene;  ///< Without environment.
+        MotionTransfer transfer;
+    };
     /// The state of frames in which an instance moves.
     struct MotionFrames {
         MotionTransfer transfer;
         std::vector<ShadedInstance> instances;  ///< The instances for which the vectors were computed.
-        SceneColours indirect;                  ///< Radiance by indirect light before motion; empty: none.
+        SceneRadiance indirect;                 ///< Radiance by indirect light before motion; empty: none.
+        std::optional<MattMotion> matt;         ///< To separate the components.
 
-        std::size_t bytes() const { return transfer.bytes(); }
+        std::size_t bytes() const { return transfer.bytes() + (matt ? matt->transfer.bytes() : 0); }
     };
     /// The state of frames in which the lamps vary: the radiance by all other light.
     struct OtherLight {
-        SceneColours radiance;
+        SceneColours radiance, diffuse;
 
         std::size_t bytes() const { return 0; }
     };
@@ -234,7 +251,7 @@ private:
     Result<SceneRadiance> radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
                                            const Progress& progress) const;
     /// Computes radiance by a light, as commit() does.
-    Result<SceneColours> full_radiance(const SceneLight& light, const Progress& progress);
+    Result<SceneRadiance> full_radiance(const SceneLight& light, const Progress& progress);
     /// Computes the irradiance by row of all bounces of the direct light in `frames`.
     ///
     /// quality  moving: one bounce more than the last frame had, of the present light; later bounces lag
@@ -243,8 +260,12 @@ private:
     Result<Done> find_irradiance(LightFrames& frames, FrameQuality quality, const Progress& progress);
     /// Returns the diffuse radiance by an irradiance by row.
     SceneColours radiance_by(std::span<const Rgb> irradiance) const;
-    void add_to_radiance(const SceneColours& part, const VertexMask* vertices);
-    void keep(SceneColours radiance);
+    /// Adds to the radiance, and to its diffuse component if the components are separated.
+    /// @{
+    void add_diffuse(const SceneColours& part, const VertexMask* vertices);
+    void add_specular(const SceneColours& part, const VertexMask* vertices);
+    void add(const SceneRadiance& part);
+    /// @}
     /// Computes the light of the lamps and emitters as they are now, and their indirect light.
     Result<Done> update_lamps(const Progress& progress);
     Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
@@ -281,7 +302,7 @@ private:
     Memo<PlacedFill, I::instances> placed_fill_;
     Memo<SpecularHits, I::instances, I::materials, I::eye> hits_;
     /// Radiance by indirect light, without that of lamps and emitters.
-    Memo<SceneColours, I::environment, I::rotation, I::instances, I::materials, I::eye> resting_;
+    Memo<SceneRadiance, I::environment, I::rotation, I::instances, I::materials, I::eye> resting_;
     Memo<LampFrames, I::instances, I::materials, I::emitters> lamp_frames_;
     Memo<Bounced, I::instances, I::materials, I::emitters, I::lamps> lamps_bounced_;
     /// Specular radiance by lamps_bounced_.
@@ -293,8 +314,10 @@ private:
     using ByLamps =
         Memo<OtherLight, I::environment, I::rotation, I::shown_light, I::instances, I::materials, I::eye>;
     std::variant<std::monostate, ByLight, ByEye, ByMotion, ByLamps> transfer_;
+    bool separates_components_ = false;
     bool lacks_reflections_ = false;
     SceneColours radiance_;
+    SceneColours diffuse_;  ///< Its diffuse component; empty unless the components are separated.
 };
 
 }  // namespace haarfield

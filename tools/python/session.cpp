@@ -3,11 +3,11 @@
 #include "bridge/pictures/preview.h"
 #include "scenes/entity_surfaces.h"
 #include "scenes/scene_shading.h"
+#include "shading/transfer/relight_session.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"
 #include "tools/python/options.h"
 #include "tools/python/scene.h"
-#include "tools/textured_session.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -20,7 +20,7 @@ constexpr double degree = pi / 180;
 
 /// Owner of the memory of radiance arrays: the session while its instances remain, then their last radiance.
 struct RadianceOwner {
-    std::shared_ptr<TexturedSession> session;
+    std::shared_ptr<RelightSession> session;
     SceneColours last;  ///< Set when instances were cloned or removed.
 };
 
@@ -32,17 +32,18 @@ public:
                   const RenderSettings& settings, const TransferSettings& transfer)
         : scene_(std::move(scene)),
           prepared_(std::move(prepared)),
-          surfaces_(surfaces_of(*prepared_->entities)),
-          session_(std::make_shared<TexturedSession>(
-              shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), surfaces_,
-              settings, transfer)),
+          session_(std::make_shared<RelightSession>(
+              shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), settings,
+              transfer)),
           shown_(std::make_shared<RadianceOwner>(session_, SceneColours())) {
+        for (const auto& entity : prepared_->entities->entities) surfaces_.push_back(entity->surfaces);
+        session_->separate_components(has_separate_specular(*prepared_->entities));
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
     }
 
     /// Runs a long call: transfer vectors or a commit.
     void do_long(const py::object& progress,
-                 const std::function<Result<Done>(TexturedSession&, const Progress&)>& act) {
+                 const std::function<Result<Done>(RelightSession&, const Progress&)>& act) {
         long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
             const Turn turn(mutex_, watched);
             if (!turn) return interruption();
@@ -60,9 +61,8 @@ public:
 
     // Takes milliseconds: runs in this thread, without Python's lock.
     void frame(bool is_moving) {
-        const Result<Done> done = do_now([&](TexturedSession& session) {
-            return session.both(&RelightSession::frame,
-                                is_moving ? FrameQuality::moving : FrameQuality::still, Progress());
+        const Result<Done> done = do_now([&](RelightSession& session) {
+            return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still, Progress());
         });
         value_of(done);
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -71,8 +71,7 @@ public:
     std::size_t clone(const py::object& instance, const std::string& name) {
         const std::size_t of = number_of(instance);
         let_go();
-        const std::size_t made =
-            do_now([&](TexturedSession& session) { return session.both(&RelightSession::clone, of); });
+        const std::size_t made = do_now([&](RelightSession& session) { return session.clone(of); });
         names_.push_back(name.empty() ? fmt::format("{}_copy_{}", names_[of], ++copies_) : name);
         return made;
     }
@@ -82,12 +81,12 @@ public:
         if (names_.size() == 1)
             throw py::value_error("this is the last instance; expected at least one instance in a session");
         let_go();
-        do_now([&](TexturedSession& session) { session.both(&RelightSession::remove, of); });
+        do_now([&](RelightSession& session) { session.remove(of); });
         names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
     }
 
     py::list radiance() {
-        const auto instances = do_now([](TexturedSession& session) {
+        const auto instances = do_now([](RelightSession& session) {
             const SceneColours& radiance = session.radiance();
             return std::vector<std::span<const Rgb>>(radiance.begin(), radiance.end());
         });
@@ -127,7 +126,7 @@ public:
     /// Returns a layer of the displayed radiance by instance: the factor of the images, or the summand after
     /// it.
     py::list layer(bool is_over) {
-        const auto layers = do_now([&](TexturedSession& session) {
+        const auto layers = do_now([&](RelightSession& session) {
             std::vector<std::shared_ptr<LayeredRadiance>> all;
             for (std::size_t i = 0; i < session.radiance().size(); ++i)
                 all.push_back(std::make_shared<LayeredRadiance>(layers_of(i)));
@@ -154,8 +153,8 @@ public:
             if (found == names_.end()) throw py::key_error("there is no instance \"" + name + "\"");
             lamp.looks_like = static_cast<std::size_t>(found - names_.begin());
         }
-        do_now([&](TexturedSession& session) {
-            session.both(&RelightSession::set_lamps, std::move(placed));
+        do_now([&](RelightSession& session) {
+            session.set_lamps(std::move(placed));
             scene_ = scene;
         });
     }
@@ -169,26 +168,22 @@ public:
         material[py::str(name)] = changes;
         materials["materials"] = material;
         const std::shared_ptr<const PythonScene> scene = scene_->changed(materials);
-        const bool is_set = do_now([&](TexturedSession&) {
-            if (!set_surfaces(scene->scene())) return false;
+        do_now([&](RelightSession& session) {
+            set_surfaces(session, scene->scene());
             scene_ = scene;
-            return true;
         });
-        if (!is_set)
-            throw py::value_error(
-                "a textured material would gain or lose its specular term; expected a new session for that");
     }
 
     void turn_environment(const Rotation& rotation) {
-        do_now([&](TexturedSession& session) {
-            session.both(&RelightSession::turn_environment, rotation);
+        do_now([&](RelightSession& session) {
+            session.turn_environment(rotation);
             background_turn_ = rotation;
         });
     }
 
     void commit(const py::object& progress) {
-        do_long(progress, [this](TexturedSession& session, const Progress& watched) {
-            Result<Done> done = session.both(&RelightSession::commit, watched);
+        do_long(progress, [this](RelightSession& session, const Progress& watched) {
+            Result<Done> done = session.commit(watched);
             if (done) background_turn_ = {};  // now part of the scene's environment
             return done;
         });
@@ -198,7 +193,7 @@ public:
                const py::object& rotate) {
         const std::size_t of = number_of(instance);
         Placement placement =
-            do_now([&](TexturedSession& session) { return session.instances()[of].placement; });
+            do_now([&](RelightSession& session) { return session.instances()[of].placement; });
         if (!translate.is_none()) placement.translate = vector(translate, "translate");
         if (!scale.is_none()) {
             placement.scale = scale.cast<float>();
@@ -207,7 +202,7 @@ public:
         }
         if (!rotate.is_none())
             placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
-        do_now([&](TexturedSession& session) { session.both(&RelightSession::place, of, placement); });
+        do_now([&](RelightSession& session) { session.place(of, placement); });
     }
 
     std::size_t number_of(const py::object& instance) const {
@@ -236,31 +231,30 @@ private:
                                 session_->outgoing(instance));
     }
 
-    /// Sets the materials of a changed description of the scene. Returns the result of
-    /// TexturedSession::set_materials.
-    bool set_surfaces(const Scene& scene) {
+    /// Sets the materials of a changed description of the scene.
+    void set_surfaces(RelightSession& session, const Scene& scene) {
         const SceneEntities& entities = *prepared_->entities;
-        std::vector<std::vector<Surface>> surfaces = surfaces_;
         for (std::size_t i = 0; i < prepared_->scene.instances.size(); ++i) {
             const SceneEntity& entity = entities.of_instance(i);
-            surfaces[entities.entity_of_instance[i]] =
+            surfaces_[entities.entity_of_instance[i]] =
                 with_scene_materials(scene, scene.entities[prepared_->scene.instances[i].entity],
                                      entity.mesh.fine.material_names, entity.surfaces);
         }
-        if (!session_->set_materials(surfaces)) return false;
-        for (std::size_t e = 0; e < surfaces.size(); ++e)
-            session_->both(&RelightSession::set_emitters, e,
-                           std::ranges::any_of(surfaces[e], &Surface::glows)
-                               ? emitters_of(visible_surface(entities.entities[e]->mesh), surfaces[e])
-                               : std::vector<Emitter>());
-        surfaces_ = std::move(surfaces);
-        return true;
+        bool separates = false;
+        for (std::size_t e = 0; e < surfaces_.size(); ++e) {
+            session.set_materials(e, materials_of(surfaces_[e]));
+            session.set_emitters(e,
+                                 std::ranges::any_of(surfaces_[e], &Surface::emits)
+                                     ? emitters_of(visible_surface(entities.entities[e]->mesh), surfaces_[e])
+                                     : std::vector<Emitter>());
+            separates = separates || std::ranges::any_of(surfaces_[e], &Surface::has_separate_specular);
+        }
+        session.separate_components(separates);
     }
 
     /// Moves the radiance to the arrays that refer to it, so that their values no longer change.
     void let_go() {
-        shown_->last =
-            do_now([](TexturedSession& session) { return session.both(&RelightSession::take_radiance); });
+        shown_->last = do_now([](RelightSession& session) { return session.take_radiance(); });
         shown_->session.reset();
         shown_ = std::make_shared<RadianceOwner>(session_, SceneColours());
     }
@@ -269,7 +263,7 @@ private:
     std::shared_ptr<const PreparedScene> prepared_;  ///< The session's pointers refer to it.
     std::vector<std::vector<Surface>> surfaces_;     ///< By entity.
     std::timed_mutex mutex_;
-    std::shared_ptr<TexturedSession> session_;
+    std::shared_ptr<RelightSession> session_;
     std::shared_ptr<RadianceOwner> shown_;
     std::vector<std::string> names_;
     std::size_t copies_ = 0;
@@ -293,26 +287,23 @@ name or its index in `instances`. One thread at a time can use a session; others
     session.def(
         "vary_light",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
-                return of.both(&RelightSession::vary_light, watched);
-            });
+            self.do_long(progress,
+                         [](RelightSession& of, const Progress& watched) { return of.vary_light(watched); });
         },
         py::arg("progress") = py::none(),
         "Computes the transfer vectors for frames with a rotating or replaced light.");
     session.def(
         "vary_eye",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
-                return of.both(&RelightSession::vary_eye, watched);
-            });
+            self.do_long(progress,
+                         [](RelightSession& of, const Progress& watched) { return of.vary_eye(watched); });
         },
         py::arg("progress") = py::none(), "Computes the transfer vectors for frames with a moving eye.");
     session.def(
         "vary_lamps",
         [](PythonSession& self, const py::object& progress) {
-            self.do_long(progress, [](TexturedSession& of, const Progress& watched) {
-                return of.both(&RelightSession::vary_lamps, watched);
-            });
+            self.do_long(progress,
+                         [](RelightSession& of, const Progress& watched) { return of.vary_lamps(watched); });
         },
         py::arg("progress") = py::none(),
         "Shades everything but the lamps once, so that frames follow set_lamps.");
@@ -320,8 +311,8 @@ name or its index in `instances`. One thread at a time can use a session; others
         "vary_instance",
         [](PythonSession& self, const py::object& instance, const py::object& progress) {
             const std::size_t of = self.number_of(instance);
-            self.do_long(progress, [of](TexturedSession& inside, const Progress& watched) {
-                return inside.both(&RelightSession::vary_instance, of, watched);
+            self.do_long(progress, [of](RelightSession& inside, const Progress& watched) {
+                return inside.vary_instance(of, watched);
             });
         },
         py::arg("instance"), py::arg("progress") = py::none(),
@@ -349,9 +340,7 @@ name or its index in `instances`. One thread at a time can use a session; others
                 image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
             clean_environment(image);
             self.turn_environment({});
-            self.do_now([&](TexturedSession& of) {
-                of.both(&RelightSession::set_environment, Environment(std::move(image)));
-            });
+            self.do_now([&](RelightSession& of) { of.set_environment(Environment(std::move(image))); });
         },
         py::arg("pixels"),
         "Replaces the light by a lat-long image of radiance, (height, 2 height, 3). Resets the rotation.");
@@ -359,7 +348,7 @@ name or its index in `instances`. One thread at a time can use a session; others
         "set_eye",
         [](PythonSession& self, const py::object& position) {
             const Vec3f eye = vector(position, "position");
-            self.do_now([&](TexturedSession& of) { of.both(&RelightSession::set_eye, eye); });
+            self.do_now([&](RelightSession& of) { of.set_eye(eye); });
         },
         py::arg("position"), "Moves the eye, on which specular radiance depends, to (x, y, z) metres.");
     session.def("set_lamps", &PythonSession::set_lamps, py::arg("lamps"),
@@ -379,9 +368,7 @@ name or its index in `instances`. One thread at a time can use a session; others
             if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
             if (!std::isfinite(angle))
                 throw py::value_error("angle is not finite; expected a number of degrees");
-            self.do_now([&](TexturedSession& inside) {
-                inside.both(&RelightSession::rotate, of, Vec3d(about), angle * degree);
-            });
+            self.do_now([&](RelightSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
         },
         py::arg("instance"), py::arg("axis"), py::arg("angle"),
         "Rotates an instance further by degrees about an axis through its origin.");
@@ -411,7 +398,7 @@ existing arrays keep their values. As in bakes, they do not include the images o
     session.def_property_readonly(
         "matrices",
         [](PythonSession& self) {
-            const auto instances = self.do_now([](TexturedSession& of) { return of.instances(); });
+            const auto instances = self.do_now([](RelightSession& of) { return of.instances(); });
             py::list matrices;
             for (const ShadedInstance& instance : instances) matrices.append(matrix_of(instance.placement));
             return matrices;
@@ -422,7 +409,7 @@ existing arrays keep their values. As in bakes, they do not include the images o
     session.def_property_readonly(
         "transfer_bytes",
         [](PythonSession& self) {
-            return self.do_now([](TexturedSession& of) { return of.transfer_bytes(); });
+            return self.do_now([](RelightSession& of) { return of.transfer_bytes(); });
         },
         "The memory of the transfer vectors, in bytes.");
     static constexpr auto varying = {OptionSet::frames, OptionSet::occlusion, OptionSet::lighting};

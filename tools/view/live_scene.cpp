@@ -2,6 +2,7 @@
 
 #include "scenes/entity_surfaces.h"
 #include "scenes/scene_shading.h"
+#include "tools/session_error.h"
 #include "tools/view/visible_vertices.h"
 
 #include <Imath/half.h>
@@ -72,7 +73,7 @@ void LiveScene::take_materials(const Design& design) {
                                                entity.mesh.fine.material_names, file_surfaces_[e]);
         entity.materials = materials_of(entity.surfaces);
         emitters_[e].clear();
-        if (std::ranges::any_of(entity.surfaces, &Surface::glows))
+        if (std::ranges::any_of(entity.surfaces, &Surface::emits))
             emitters_[e] = emitters_of(visible_surface(entity.mesh), entity.surfaces);
     }
     material_stamp_ = design.material_stamp;
@@ -80,7 +81,7 @@ void LiveScene::take_materials(const Design& design) {
 
 bool LiveScene::has_emitters() const {
     return std::ranges::any_of(entities_->entities, [](const auto& entity) {
-        return std::ranges::any_of(entity->surfaces, &Surface::glows);
+        return std::ranges::any_of(entity->surfaces, &Surface::emits);
     });
 }
 
@@ -98,7 +99,7 @@ bool LiveScene::has_own_light(const Design& design) const {
 void LiveScene::bring_objects(const Design& design, const Variation& varying) {
     for (std::size_t i = ids_.size(); i-- > 0;)
         if (!place_of(design, ids_[i])) {
-            session_->both(&RelightSession::remove, i);
+            session_->remove(i);
             ids_.erase(ids_.begin() + static_cast<std::ptrdiff_t>(i));
         }
     for (std::size_t i = 0; i < design.ids.size(); ++i) {
@@ -106,11 +107,11 @@ void LiveScene::bring_objects(const Design& design, const Variation& varying) {
         const auto known = std::ranges::find(ids_, design.ids[i]);
         const auto at = static_cast<std::size_t>(known - ids_.begin());
         if (known == ids_.end()) {
-            session_->both(&RelightSession::add, ShadedInstance{design.entities[i], placement});
+            session_->add(ShadedInstance{design.entities[i], placement});
             ids_.push_back(design.ids[i]);
         } else if (varying.of != Variation::Of::object || varying.object != design.ids[i] ||
                    session_->instances()[at].placement.rotate != placement.rotate) {
-            session_->both(&RelightSession::place, at, placement);
+            session_->place(at, placement);
         }
     }
 }
@@ -120,7 +121,7 @@ void LiveScene::bring_own_light(const Design& design) {
     for (std::size_t e = 0; e < emitters_.size(); ++e) {
         std::vector<Emitter> emitters = emitters_[e];
         for (Emitter& emitter : emitters) emitter.radiance *= 1 / gain;
-        session_->both(&RelightSession::set_emitters, e, emitters);
+        session_->set_emitters(e, emitters);
     }
     std::vector<Lamp> lamps = lamps_of(design.scene.lamps);
     for (Lamp& lamp : lamps) {
@@ -129,34 +130,36 @@ void LiveScene::bring_own_light(const Design& design) {
             lamp.looks_like = static_cast<std::size_t>(std::ranges::find(ids_, design.ids[*lamp.looks_like]) -
                                                        ids_.begin());
     }
-    session_->both(&RelightSession::set_lamps, lamps);
+    session_->set_lamps(lamps);
 }
 
 void LiveScene::bring(const Design& design, const Variation& varying) {
     take_materials(design);
     const std::pair environment(design.light_stamp, second_share(design));
-    if (session_ && !session_->set_materials(surfaces_of(*entities_))) session_.reset();
     if (!session_) {
         entities_->entity_of_instance = design.entities;
-        session_.emplace(shaded_scene(design.scene, *entities_, lights_.mixed(design)),
-                         surfaces_of(*entities_), settings_, transfer_settings_);
+        session_.emplace(shaded_scene(design.scene, *entities_, lights_.mixed(design)), settings_,
+                         transfer_settings_);
         ids_ = design.ids;
         environment_ = environment;
     }
+    for (std::size_t e = 0; e < entities_->entities.size(); ++e)
+        session_->set_materials(e, entities_->entities[e]->materials);
+    session_->separate_components(has_separate_specular(*entities_));
     bring_objects(design, varying);
     bring_own_light(design);
-    session_->both(&RelightSession::set_eye, design.scene.camera.position);
+    session_->set_eye(design.scene.camera.position);
     if (varying.of == Variation::Of::light) return;
     if (environment_ != environment) {
-        session_->both(&RelightSession::set_environment, lights_.mixed(design));
+        session_->set_environment(lights_.mixed(design));
         environment_ = environment;
     }
-    session_->both(&RelightSession::turn_environment, design.scene.environment.turn);
+    session_->turn_environment(design.scene.environment.turn);
 }
 
 void LiveScene::show_light(const Design& design, FrameQuality quality) {
     const GivenLight light = lights_.momentary(design, quality == FrameQuality::moving);
-    session_->both(&RelightSession::show_light, light.smooth, light.lights);
+    session_->show_light(light.smooth, light.lights);
 }
 
 bool LiveScene::follows(const Design& design, const Variation& variation) const {
@@ -172,18 +175,17 @@ Result<Done> LiveScene::vary(const Design& design, const Variation& variation, c
     is_whole_ = false;
     // A varying object is moved later, because indirect light at rest is that of the last commit.
     bring(design, variation);
-    session_->both(&RelightSession::set_occlusion, Occlusion::fields);
+    session_->set_occlusion(Occlusion::fields);
     Result<Done> done = Done{};
     if (variation.of == Variation::Of::light) {
         show_light(design, FrameQuality::still);
-        done = session_->both(&RelightSession::vary_light, progress);
+        done = session_->vary_light(progress);
     } else if (variation.of == Variation::Of::eye) {
-        done = session_->both(&RelightSession::vary_eye, progress);
+        done = session_->vary_eye(progress);
     } else {
         const auto known = std::ranges::find(ids_, variation.object);
         assert(known != ids_.end());
-        done = session_->both(&RelightSession::vary_instance, static_cast<std::size_t>(known - ids_.begin()),
-                              progress);
+        done = session_->vary_instance(static_cast<std::size_t>(known - ids_.begin()), progress);
     }
     if (!done) return done;
     varied_ = variation;
@@ -196,15 +198,15 @@ Result<Done> LiveScene::show(const Design& design, const Camera& window, FrameQu
     assert(follows(design, varied_));
     const bool by_light = varied_.of == Variation::Of::light;
     bring(design, by_light ? varied_ : Variation());
-    session_->both(&RelightSession::set_occlusion, Occlusion::fields);
+    session_->set_occlusion(Occlusion::fields);
     if (by_light) show_light(design, quality);
     if (varied_.of == Variation::Of::eye && is_whole_) {
         const VertexMask visible = visible_vertices(design, window, *entities_, ids_);
-        HF_TRY_DONE(session_->both(&RelightSession::frame_of, visible, quality, progress));
+        HF_TRY_DONE(session_->frame_of(visible, quality, progress));
         take_colours(design, &visible);
         return Done{};
     }
-    HF_TRY_DONE(session_->both(&RelightSession::frame, quality, progress));
+    HF_TRY_DONE(session_->frame(quality, progress));
     take_colours(design);
     is_whole_ = true;
     return Done{};
@@ -213,8 +215,8 @@ Result<Done> LiveScene::show(const Design& design, const Camera& window, FrameQu
 Result<Done> LiveScene::shade(const Design& design, const Progress& progress) {
     varied_ = {};
     bring(design, {});
-    session_->both(&RelightSession::set_occlusion, Occlusion::fields);
-    HF_TRY_DONE(session_->both(&RelightSession::commit, progress));
+    session_->set_occlusion(Occlusion::fields);
+    HF_TRY_DONE(session_->commit(progress));
     take_colours(design);
     return Done{};
 }
@@ -222,8 +224,8 @@ Result<Done> LiveScene::shade(const Design& design, const Progress& progress) {
 Result<Done> LiveScene::commit(const Design& design, const Progress& progress) {
     committed_.reset();
     bring(design, {});
-    session_->both(&RelightSession::set_occlusion, settings_.occlusion);
-    HF_TRY_DONE(session_->both(&RelightSession::commit, progress));
+    session_->set_occlusion(settings_.occlusion);
+    HF_TRY_DONE(session_->commit(progress));
     committed_ = design;
     is_whole_ = false;
     take_colours(design);
@@ -233,8 +235,8 @@ Result<Done> LiveScene::commit(const Design& design, const Progress& progress) {
 Result<BakeError> LiveScene::error(const Design& design, const Camera& window, Preview& preview,
                                    const Progress& progress) {
     bring(design, {});
-    session_->both(&RelightSession::set_occlusion, settings_.occlusion);
-    return session_->error(*entities_, window, preview, progress);
+    session_->set_occlusion(settings_.occlusion);
+    return session_error(*session_, *entities_, window, preview, progress);
 }
 
 bool LiveScene::commits_fast(const Design& design) const {

@@ -2,7 +2,8 @@
 /// The radiance of a design while it is edited: the one place of `view` that knows relighting sessions.
 
 #include "bridge/pictures/preview.h"
-#include "tools/textured_session.h"
+#include "scenes/scene_entities.h"
+#include "shading/transfer/relight_session.h"
 #include "tools/view/design.h"
 #include "tools/view/light_table.h"
 
@@ -131,7 +132,7 @@ private:
     std::vector<std::vector<Emitter>> emitters_;       ///< By entities_.
     RenderSettings settings_;
     TransferSettings transfer_settings_;
-    std::optional<TexturedSession> session_;
+    std::optional<RelightSession> session_;
     std::vector<std::uint32_t> ids_;        ///< By the session's instances.
     std::vector<std::uint32_t> shown_ids_;  ///< The same when the colours were computed.
     LightTable lights_;
