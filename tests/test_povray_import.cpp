@@ -304,6 +304,33 @@ TEST(PovrayImport, BroadHighlightsAndSaturatedPigmentsAreMeasured) {
     EXPECT_FALSE(sphere.reflection.is_there());
 }
 
+TEST(PovrayImport, SmallObjectsThatPovrayTakesForInfiniteHaveTheirOwnGrid) {
+    // An infinite cylinder, of which an open piece is left.
+    const auto imported = imported_text(
+        "povray_clipped",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,3,-9> look_at 0}\n"
+        "light_source{<5,9,-9> rgb 1}\nplane{y,-2 pigment{rgb .5}}\n"
+        "quadric{<1,0,1>,<0,0,0>,<0,0,0>,-1 clipped_by{plane{y,1} plane{-y,1}} pigment{rgb .5}}\n",
+        24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    const auto cylinder = std::ranges::find(imported->scene.entities, "quadric", &Entity::name);
+    ASSERT_NE(cylinder, imported->scene.entities.end());
+    Bounds box;
+    const Result<ImportedMesh> mesh = read_mesh(cylinder->mesh);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    for (const Vec3f& p : mesh->mesh.positions) {
+        EXPECT_NEAR(std::hypot(p.x, p.z), 1, 0.02);
+        box.add(p);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(box.lower[axis], -1, 0.12);
+        EXPECT_NEAR(box.upper[axis], 1, 0.12);
+    }
+    EXPECT_EQ(imported->distant, 0u);
+    for (const std::string& warning : imported->warnings)
+        EXPECT_EQ(warning.find("wrong places"), std::string::npos) << warning;
+}
+
 TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
     const auto imported =
         imported_text("povray_room",

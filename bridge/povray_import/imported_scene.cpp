@@ -124,6 +124,7 @@ public:
         if (!requests_.empty()) {
             HF_TRY(ObjectSurfaces sampled,
                    object_surfaces(queries_, requests_, options_.object_seconds, progress_));
+            HF_TRY_DONE(sample_bounded(sampled));
             surfaces = std::move(sampled.surfaces);
             HF_TRY_DONE(sample_again(surfaces));
             for (const std::size_t slow : sampled.slow)
@@ -173,6 +174,34 @@ private:
     }
 
     const SceneStatement& statement(std::size_t index) const { return queries_.scene().statements[index]; }
+
+    /// Samples objects again that POV-Ray takes for infinite although their surface is small, such as clipped
+    /// quadrics: in grids of their own size.
+    Result<Done> sample_bounded(ObjectSurfaces& sampled) {
+        constexpr int rounds = 2;  // Cells of the first grids are large, so that its own grids are, too.
+        std::vector<GridRequest> own;
+        for (std::size_t i = 0; i < requests_.size(); ++i)
+            if (const auto grid = own_grid(requests_[i], sampled.crossings[i]); requests_[i].is_cut && grid)
+                own.push_back(planned(grid->object, grid->centre, grid->size, false));
+        for (int round = 0; round < rounds && !own.empty(); ++round) {
+            HF_TRY(ObjectSurfaces again, object_surfaces(queries_, own, options_.object_seconds, progress_));
+            for (ObjectSurface& surface : again.surfaces) {
+                const auto known =
+                    std::ranges::find(sampled.surfaces, surface.object, &ObjectSurface::object);
+                request_of(surface.object) = *std::ranges::find(own, surface.object, &GridRequest::object);
+                std::erase(distant_, surface.object);
+                if (known == sampled.surfaces.end())
+                    sampled.surfaces.push_back(std::move(surface));
+                else
+                    *known = std::move(surface);
+            }
+            for (std::size_t i = 0; i < own.size(); ++i)
+                if (const auto grid = own_grid(own[i], again.crossings[i]))
+                    own[i] = planned(grid->object, grid->centre, grid->size, false);
+        }
+        std::ranges::sort(sampled.surfaces, {}, &ObjectSurface::object);
+        return Done{};
+    }
 
     /// Samples objects with parts thinner than a cell again, with finer grids.
     Result<Done> sample_again(std::vector<ObjectSurface>& surfaces) {
@@ -253,12 +282,12 @@ private:
         reach_ = near > 0 ? finite[near - 1].first : std::max(10.0, 3 * from.length());
         for (std::size_t k = 0; k < near; ++k) {
             const SurveyedObject& object = survey_.objects[finite[k].second];
-            add_request(finite[k].second, (object.lower + object.upper) / 2, object.upper - object.lower,
-                        false);
+            requests_.push_back(planned(finite[k].second, (object.lower + object.upper) / 2,
+                                        object.upper - object.lower, false));
         }
         for (const std::size_t i : infinite) {
             distant_.push_back(i);
-            add_request(i, from, Vec3d(2 * cut_factor * reach_), true);
+            requests_.push_back(planned(i, from, Vec3d(2 * cut_factor * reach_), true));
         }
         result_.distant = distant_.size() - infinite.size();
         for (std::size_t k = near; k < finite.size(); ++k)
@@ -273,7 +302,7 @@ private:
         std::ranges::sort(requests_, {}, &GridRequest::object);
     }
 
-    void add_request(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) {
+    GridRequest planned(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) const {
         // Some 60,000 vertices for all objects.
         const double share = 10000.0 / static_cast<double>(survey_.objects.size());
         const int fewest = std::clamp(static_cast<int>(std::sqrt(share)), 12, 32);
@@ -286,8 +315,7 @@ private:
             apparent = std::clamp(1.5 * longest / (distance * std::max(width, 1e-3)), 0.0, 1.0);
         }
         const int wanted = static_cast<int>(std::lround(options_.detail * (is_cut ? 1.5 : apparent)));
-        requests_.push_back(
-            {object, centre, size, std::max(std::min(fewest, options_.detail), wanted), is_cut});
+        return {object, centre, size, std::max(std::min(fewest, options_.detail), wanted), is_cut};
     }
 
     /// Sets the map from the file's coordinates to the scene's.

@@ -148,6 +148,43 @@ void move_to_grid(const GridFrame& frame, CrossedGrid& grid) {
     }
 }
 
+/// The number of grid edges that leave a solid without a crossing, relative to that of crossings, above which
+/// its surface counts as open: `clipped_by` removes parts of surfaces without closing the holes.
+constexpr double open_share = 0.1;
+
+std::size_t crossing_count(const CrossedGrid& grid) {
+    std::size_t count = 0;
+    for (const auto& lines : grid.lines)
+        for (const std::vector<LineCrossing>& line : lines) count += line.size();
+    return count;
+}
+
+/// Makes all crossings those of sheets.
+void take_for_sheets(CrossedGrid& grid) {
+    for (auto& lines : grid.lines)
+        for (std::vector<LineCrossing>& line : lines)
+            for (LineCrossing& crossing : line) crossing.inside_before = crossing.inside_after = false;
+    grid.inside_lines = {};
+}
+
+/// Returns the box of all crossings, in the scene's coordinates.
+Bounds crossed_box(const GridFrame& frame, const CrossedGrid& grid) {
+    Bounds box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+        const auto columns = static_cast<std::size_t>(grid.cells[std::size_t(last)] + 1);
+        for (std::size_t line = 0; line < grid.lines[std::size_t(axis)].size(); ++line)
+            for (const LineCrossing& crossing : grid.lines[std::size_t(axis)][line]) {
+                Vec3d point;
+                point[axis] = crossing.place;
+                point[next] = static_cast<double>(line / columns);
+                point[last] = static_cast<double>(line % columns);
+                box.add(Vec3f(frame.scene_point(point)));
+            }
+    }
+    return box;
+}
+
 /// Returns a declaration of a two-dimensional array of rows.
 std::string array_text(std::string_view name, const std::vector<std::vector<double>>& rows) {
     std::string text = fmt::format("#declare {}=array[{}][{}]{{\n", name, rows.size(), rows.front().size());
@@ -225,6 +262,25 @@ GridFrame grid_frame(const GridRequest& request) {
     return frame;
 }
 
+std::optional<GridRequest> own_grid(const GridRequest& request, const Bounds& crossings) {
+    constexpr double margin = 2;  // Cells.
+    if (!(crossings.lower.x <= crossings.upper.x)) return {};
+    const GridFrame frame = grid_frame(request);
+    Vec3d lower, upper;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto grid = [&](float place) {
+            const double local = (double(place) - frame.centre[axis]) * frame.scale[axis] + frame.shift[axis];
+            return frame.grid_coordinate(axis, local);
+        };
+        lower[axis] = grid(crossings.lower[axis]);
+        upper[axis] = grid(crossings.upper[axis]);
+        if (!(lower[axis] >= 1 && upper[axis] <= frame.cells[std::size_t(axis)] - 1)) return {};
+    }
+    const Vec3d from = frame.scene_point(lower - Vec3d(margin)),
+                to = frame.scene_point(upper + Vec3d(margin));
+    return GridRequest{request.object, (from + to) / 2, to - from, request.cells, false};
+}
+
 std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d& from,
                                       const Vec3d& direction) {
     std::vector<double> places;
@@ -276,6 +332,7 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
         if (progress.report) progress.report("surfaces", std::min(last, requests.size()), requests.size());
     }
     std::vector<ObjectSurface> surfaces(requests.size());
+    result.crossings.resize(requests.size());
     std::vector<std::string> texts(requests.size());
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (!finished[i]) continue;
@@ -289,7 +346,12 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
         if (!read_lines(texts[i], grid)) return;
         if (frames[i].warp_rate > 0) move_to_grid(frames[i], grid);
         texts[i] = {};
-        const ContouredMesh mesh = dual_contour(grid);
+        result.crossings[i] = crossed_box(frames[i], grid);
+        ContouredMesh mesh = dual_contour(grid);
+        if (static_cast<double>(mesh.missed_edges) > open_share * static_cast<double>(crossing_count(grid))) {
+            take_for_sheets(grid);
+            mesh = dual_contour(grid);
+        }
         ObjectSurface& surface = surfaces[i];
         surface.object = objects[i];
         for (const Vec3f& position : mesh.positions)

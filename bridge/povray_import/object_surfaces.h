@@ -42,11 +42,17 @@ std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d&
 struct ObjectSurfaces {
     std::vector<ObjectSurface> surfaces;  ///< Without empty ones, in the order of the requests.
     std::vector<std::size_t> slow;        ///< Indices of objects that took longer than their time limit.
+    std::vector<Bounds> crossings;  ///< By request: the box of all crossings, in the scene's coordinates.
 };
+
+/// Returns the grid of an object whose crossings lie inside the grid of a request: their box, and two cells on
+/// each side. None if there are no crossings, or some are in the outermost cells.
+std::optional<GridRequest> own_grid(const GridRequest& request, const Bounds& crossings);
 
 /// Samples surfaces: finds their crossings with the lines of a grid by POV-Ray's trace(), and contours them.
 ///
-/// The cells are cubes, except that thin objects have at least eight cells in each direction.
+/// The cells are cubes, except that thin objects have at least eight cells in each direction. Surfaces that
+/// are open, as `clipped_by` leaves them, become sheets.
 ///
 /// requests        sorted by object, without duplicates.
 /// object_seconds  time limit for each object. [s] After an object exceeds it, POV-Ray parses the scene
