@@ -179,10 +179,24 @@ private:
     /// quadrics: in grids of their own size.
     Result<Done> sample_bounded(ObjectSurfaces& sampled) {
         constexpr int rounds = 2;  // Cells of the first grids are large, so that its own grids are, too.
-        std::vector<GridRequest> own;
-        for (std::size_t i = 0; i < requests_.size(); ++i)
-            if (const auto grid = own_grid(requests_[i], sampled.crossings[i]); requests_[i].is_cut && grid)
+        std::vector<GridRequest> own, missed;
+        const auto add_own = [&](const GridRequest& request, const Bounds& crossings) {
+            if (const auto grid = own_grid(request, crossings))
                 own.push_back(planned(grid->object, grid->centre, grid->size, false));
+        };
+        for (std::size_t i = 0; i < requests_.size(); ++i) {
+            if (!requests_[i].is_cut) continue;
+            if (!(sampled.crossings[i].lower.x <= sampled.crossings[i].upper.x))
+                missed.push_back(
+                    {requests_[i].object, requests_[i].centre, Vec3d(2 * reach_), requests_[i].cells, false});
+            else
+                add_own(requests_[i], sampled.crossings[i]);
+        }
+        // These are smaller than the cells, or a sky.
+        HF_TRY(const ObjectSurfaces nearby,
+               object_surfaces(queries_, missed, options_.object_seconds, progress_));
+        for (std::size_t i = 0; i < missed.size(); ++i) add_own(missed[i], nearby.crossings[i]);
+        std::ranges::sort(own, {}, &GridRequest::object);
         for (int round = 0; round < rounds && !own.empty(); ++round) {
             HF_TRY(ObjectSurfaces again, object_surfaces(queries_, own, options_.object_seconds, progress_));
             for (ObjectSurface& surface : again.surfaces) {

@@ -45,8 +45,8 @@ struct ObjectSurfaces {
     std::vector<Bounds> crossings;  ///< By request: the box of all crossings, in the scene's coordinates.
 };
 
-/// Returns the grid of an object whose crossings lie inside the grid of a request: their box, and two cells on
-/// each side. None if there are no crossings, or some are in the outermost cells.
+/// Returns the grid of an object whose crossings lie inside the grid of a request: their box, and two cells
+/// on each side. None if there are no crossings, or some are in the outermost cells.
 std::optional<GridRequest> own_grid(const GridRequest& request, const Bounds& crossings);
 
 /// Samples surfaces: finds their crossings with the lines of a grid by POV-Ray's trace(), and contours them.
