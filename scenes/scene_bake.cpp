@@ -85,6 +85,7 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
                                  found.end,
                                  budget,
                                  found.fitted,
+                                 found.cut_edges,
                                  found.directions,
                                  found.gathering_rays,
                                  found.indirect && found.indirect->lit,

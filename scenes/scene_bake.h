@@ -62,6 +62,7 @@ struct SearchOutcome {
     SearchEnd end = SearchEnd::reached;
     std::size_t vertex_budget = 0;  ///< The budget that was used.
     bool fitted = false;
+    std::size_t cut_edges = 0;
     int directions = 0;
     int gathering_rays = 0;
     bool is_focused = false;  ///< IndirectLight::lit was used.

@@ -103,6 +103,66 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
     }
 }
 
+/// Adds a lamp without extent, whose shadows have hard edges.
+void add_hard_light(LitBox& lit) {
+    Lamp lamp;
+    lamp.position = {2, 3, 1.5f};
+    lamp.colour = Rgb(3.0f);
+    lit.example.scene.lamps = {lamp};
+    lit.light = scene_light(lit.example.scene, lit.example.scene.environment, lit.settings, {});
+}
+
+TEST(MeshRefinement, CutsFollowHardShadowEdges) {
+    LitBox lit;
+    add_hard_light(lit);
+    const std::vector<RadiantMesh> start = lit.radiant(24);
+    const MeshRefiner refiner(lit.shading, {0.01f, 100000, false, true}, start);
+    const DiscontinuityMeshes cut = *refiner.cut(100000);
+    EXPECT_GT(cut.cut_edges(), 30u);
+    EXPECT_LT(rms_error_on_floor(lit, cut.meshes()[LitBox::floor]),
+              0.4 * rms_error_on_floor(lit, start[LitBox::floor]));
+
+    std::size_t vertices = 0, before = 0;
+    for (std::size_t i = 0; i < start.size(); ++i) {
+        const RadiantMesh& mesh = cut.meshes()[i];
+        vertices += mesh.radiance.size();
+        before += start[i].radiance.size();
+        EXPECT_NEAR(area(mesh.mesh), area(start[i].mesh), 1e-5 * area(mesh.mesh));
+        EXPECT_EQ(mesh.mesh.positions.size(), mesh.radiance.size());
+        EXPECT_EQ(mesh.samples.points.size(), mesh.radiance.size());
+        for (const auto& [edge, triangles] : triangles_by_edge(mesh.mesh)) {
+            const auto& [a, b] = edge;
+            const bool is_border = i == LitBox::floor && ((a[0] == b[0] && std::abs(a[0]) == 2) ||
+                                                          (a[2] == b[2] && std::abs(a[2]) == 2));
+            EXPECT_EQ(triangles.size(), is_border ? 1u : 2u);
+        }
+    }
+    EXPECT_EQ(vertices, before + cut.added_vertices());
+    EXPECT_LE(refiner.cut(before + 11)->added_vertices(), 11u);
+    EXPECT_GE(refiner.cut(before + 11)->added_vertices(), 10u);
+
+    std::mt19937 random(3);
+    const Mesh &uncut = start[LitBox::floor].mesh, &parts = cut.meshes()[LitBox::floor].mesh;
+    for (std::uint32_t t = 0; t < uncut.triangles.size(); ++t) {
+        const float u = uniform(random, 0.01f, 0.49f), v = uniform(random, 0.01f, 0.49f);
+        const std::array<float, 3> weights{1 - u - v, u, v};
+        const auto found = cut.located(LitBox::floor, t, weights);
+        Vec3f wanted(0.0f), there(0.0f);
+        for (std::size_t k = 0; k < 3; ++k) {
+            wanted += uncut.positions[uncut.triangles[t][k]] * weights[k];
+            there += parts.positions[found.corners[k]] * found.weights[k];
+            EXPECT_GE(found.weights[k], -1e-4f);
+        }
+        EXPECT_LT((wanted - there).length(), 1e-4f);
+    }
+}
+
+TEST(MeshRefinement, SmoothRadianceIsNotCut) {
+    const LitBox lit;
+    const MeshRefiner refiner(lit.shading, {0.01f, 100000, false, true}, lit.radiant(80));
+    EXPECT_EQ(refiner.cut(100000)->cut_edges(), 0u);
+}
+
 TEST(MeshRefinement, SamplePointsAreThoseOfTheShading) {
     const LitBox lit;
     const Refinement refined = *refined_radiance(lit.shading, {0.05f, 3000}, lit.radiant(4));

@@ -78,6 +78,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                    {"choices",
                     {{"vertex_budget", search.vertex_budget},
                      {"colours", search.fitted ? "fitted" : "sampled"},
+                     {"cut_edges", search.cut_edges},
                      {"directions", search.directions},
                      {"gathering_rays", search.gathering_rays},
                      {"bright_points", search.is_focused ? search.gathering_rays : 0},

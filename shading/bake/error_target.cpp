@@ -28,6 +28,9 @@ constexpr double largest_direct_share = 0.5;
 constexpr std::size_t face_size_points = 192;
 /// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
 constexpr double least_growth = 1.06, largest_growth = 4;
+/// Meshes are cut while the error is below this multiple of the target, whenever the vertices have grown by a
+/// factor.
+constexpr double largest_cut_error = 10, cut_interval = 1.5;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
@@ -55,11 +58,17 @@ Outgoing interpolated(const Radiance& radiance, const std::array<std::uint32_t, 
 
 /// Returns the values that a refinement displays.
 ///
-/// fitted  null: sampled radiance.
-BakeErrorMeter::DisplayedRadiance displayed_radiance(const MeshRefiner& refiner,
-                                                     const SceneRadiance* fitted) {
-    return [&refiner, fitted](const MeshPoint& at) -> BakeErrorMeter::Displayed {
+/// fitted, cut  null: sampled radiance. At most one is given.
+BakeErrorMeter::DisplayedRadiance displayed_radiance(const MeshRefiner& refiner, const SceneRadiance* fitted,
+                                                     const DiscontinuityMeshes* cut) {
+    return [&refiner, fitted, cut](const MeshPoint& at) -> BakeErrorMeter::Displayed {
         const MeshRefiner::Located found = refiner.located(at);
+        if (cut) {
+            const DiscontinuityMeshes::Located part =
+                cut->located(at.instance, found.triangle, found.weights);
+            return {interpolated(cut->meshes()[at.instance].radiance, part.corners, part.weights),
+                    found.difference};
+        }
         return {fitted ? interpolated((*fitted)[at.instance], found.corners, found.weights)
                        : interpolated(refiner.radiance(at.instance), found.corners, found.weights),
                 found.difference};
@@ -82,12 +91,17 @@ public:
         std::size_t next = 0;  // vertices at which errors are measured again
         for (bool can_refine = true;;) {
             if (refiner.vertices() >= next || !can_refine) {
-                HF_TRY(const bool done, is_done(refiner, progress));
+                HF_TRY(const bool done, is_done(refiner, !can_refine, progress));
                 if (done || !can_refine) break;
                 next = refiner.vertices() + refiner.vertices() / 25;
             }
-            HF_TRY(can_refine,
-                   refiner.step(progress, static_cast<std::size_t>(growth_ * double(refiner.vertices()))));
+            const auto most = static_cast<std::size_t>(growth_ * double(refiner.vertices()));
+            if (most_uncut() <= refiner.vertices()) {
+                can_refine = false;
+                is_budget_used_up_ = true;
+                continue;
+            }
+            HF_TRY(can_refine, refiner.step(progress, std::min(most, most_uncut())));
         }
         HF_TRY(const BakeErrorMeter::Interpolation between,
                meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
@@ -97,6 +111,11 @@ public:
         Refinement refined = std::move(refiner).finished();
         bake.rounds = refined.rounds;
         bake.shaded_points = refined.shaded_points;
+        if (cut_) {
+            bake.cut_edges = cut_->cut_edges();
+            bake.meshes = std::move(*cut_).take_meshes();
+            return Done{};
+        }
         bake.meshes = std::move(refined.meshes);
         if (fitted_)
             for (std::size_t i = 0; i < bake.meshes.size(); ++i)
@@ -106,22 +125,33 @@ public:
 
 private:
     BakeErrorMeter::DisplayedRadiance shown(const MeshRefiner& refiner) const {
-        return displayed_radiance(refiner, fitted_ ? &*fitted_ : nullptr);
+        return displayed_radiance(refiner, fitted_ ? &*fitted_ : nullptr, cut_ ? &*cut_ : nullptr);
     }
 
-    /// Measures the current meshes, and chooses between sampled and fitted colours.
-    Result<bool> is_done(const MeshRefiner& refiner, const Progress& progress) {
+    /// Returns the largest number of vertices that leaves enough of the budget for cuts.
+    std::size_t most_uncut() const {
+        return static_cast<std::size_t>(double(target_.vertex_budget) / (1 + cut_share_));
+    }
+
+    /// Measures the current meshes, and chooses between sampled and fitted colours and cut meshes.
+    Result<bool> is_done(const MeshRefiner& refiner, bool is_last, const Progress& progress) {
         fitted_.reset();
+        cut_.reset();
         HF_TRY(SquareEstimate error, meter_.steering_error(shown(refiner), progress));
         growth_ = largest_growth;
         // Fitted colours reduce the error to less than a half.
+        if (root(error.square) <= 3 * target_.error) {
+            fitted_ = refiner.fitted();
+            HF_TRY(const SquareEstimate by_fit, meter_.steering_error(shown(refiner), progress));
+            if (by_fit.square < error.square)
+                error = by_fit;
+            else
+                fitted_.reset();
+        }
+        if (root(error.square) <= largest_cut_error * target_.error && !is_enough(refiner, error, 1) &&
+            (is_last || refiner.vertices() >= next_cut_))
+            HF_TRY_DONE(try_cut(refiner, error, progress));
         if (root(error.square) > 3 * target_.error) return false;
-        fitted_ = refiner.fitted();
-        HF_TRY(const SquareEstimate by_fit, meter_.steering_error(shown(refiner), progress));
-        if (by_fit.square < error.square)
-            error = by_fit;
-        else
-            fitted_.reset();
         set_growth(error);
         if (!is_enough(refiner, error, 1)) return false;
         // Other points than the steering ones decide. A close decision takes more of them, which cost less
@@ -135,6 +165,25 @@ private:
             if (!is_enough(refiner, interval_end(between.square, 1), 1)) return false;
         }
         return false;
+    }
+
+    /// Cuts the meshes along hard shadow edges if that reduces the error.
+    Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Progress& progress) {
+        HF_TRY(cut_, refiner.cut(target_.vertex_budget, progress));
+        std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
+        HF_TRY(const SquareEstimate by_cut, meter_.steering_error(shown(refiner), progress));
+        const double share = double(cut_->added_vertices()) / double(refiner.vertices());
+        next_cut_ = static_cast<std::size_t>(cut_interval * double(refiner.vertices()));
+        if (by_cut.square < error.square) {
+            // Cuts that help little are no reason to stop refining earlier.
+            cut_share_ = by_cut.square < error.square / 2 ? share : 0;
+            error = by_cut;
+        } else {
+            cut_share_ = 0;
+            cut_.reset();
+            fitted_ = std::move(fitted);
+        }
+        return Done{};
     }
 
     /// Limits the next step. Errors of interpolation are about inversely proportional to the number of
@@ -157,7 +206,8 @@ private:
         if (error.total <= target_.error) return SearchEnd::reached;
         const double largest = std::max({error.between, error.at_vertices, error.indirect});
         if (largest == error.between)
-            return refiner.is_budget_used_up() ? SearchEnd::vertex_budget : SearchEnd::short_edges;
+            return is_budget_used_up_ || refiner.is_budget_used_up() ? SearchEnd::vertex_budget
+                                                                     : SearchEnd::short_edges;
         return largest == error.at_vertices ? SearchEnd::direct_light : SearchEnd::indirect_light;
     }
 
@@ -168,6 +218,10 @@ private:
     std::uint32_t seed_ = 0;
     double growth_ = largest_growth;  ///< Largest factor by which the next step multiplies the vertices.
     std::optional<SceneRadiance> fitted_;
+    std::optional<DiscontinuityMeshes> cut_;
+    std::size_t next_cut_ = 0;  ///< Vertices at which cuts are tried again.
+    double cut_share_ = 0;      ///< Vertices that cuts add, relative to the others.
+    bool is_budget_used_up_ = false;
 };
 
 /// Returns the fine meshes with their radiance, which is extrapolated to vertices inside other instances.

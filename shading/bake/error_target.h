@@ -30,11 +30,12 @@ struct TargetBake {
     std::optional<IndirectLight> indirect;  ///< Present if there are bounces.
     BakeError error;
     SearchEnd end = SearchEnd::reached;
-    bool fitted = false;     ///< True: colours are fitted; false: they are the radiance at the vertices.
-    int directions = 0;      ///< BounceSettings::directions; 0 without bounces.
-    int gathering_rays = 0;  ///< IndirectLight::gathering_rays; 0 without bounces.
-    int face_size = 0;       ///< RenderSettings::face_size.
-    int rounds = 0;          ///< Refinement::rounds.
+    bool fitted = false;        ///< True: colours are fitted; false: they are the radiance at the vertices.
+    std::size_t cut_edges = 0;  ///< DiscontinuityMeshes::cut_edges; 0: meshes are not cut.
+    int directions = 0;         ///< BounceSettings::directions; 0 without bounces.
+    int gathering_rays = 0;     ///< IndirectLight::gathering_rays; 0 without bounces.
+    int face_size = 0;          ///< RenderSettings::face_size.
+    int rounds = 0;             ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
 };
 
@@ -45,7 +46,8 @@ struct TargetBake {
 /// chooses the fewest gathering rays whose noise is below a quarter of the target. It then measures the
 /// shading as a whole. While the error of indirect light is too large, it repeats it, first with
 /// focused_indirect_light, then with four times as many directions each time. It then refines the meshes in
-/// steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours.
+/// steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours;
+/// whenever they are 50 % more, also with meshes that are cut along hard shadow edges.
 /// It stops when the upper end of the 90 % interval is below what the shading leaves of the target. Other
 /// points measure the reported error.
 ///

@@ -104,7 +104,8 @@ struct MeshRefiner::State {
         const std::array<float, 3> weights = at.weights();
         const EdgeBisection::TrianglePoint found = instance.bisection.located(
             {at.triangle, {double(weights[0]), double(weights[1]), double(weights[2])}});
-        Located result{instance.bisection.mesh().triangles[found.triangle],
+        Located result{found.triangle,
+                       instance.bisection.mesh().triangles[found.triangle],
                        {float(found.weights[0]), float(found.weights[1]), float(found.weights[2])}};
         for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle))
             result.difference = std::max(result.difference, instance.middles[edge].difference);
@@ -135,6 +136,19 @@ struct MeshRefiner::State {
         tbb::parallel_for(std::size_t{0}, instances_.size(),
                           [&](std::size_t i) { result[i] = fitted(instances_[i]); });
         return result;
+    }
+
+    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, const Progress& progress) const {
+        std::vector<UncutMesh> meshes;
+        for (const RefinedInstance& instance : instances_) {
+            std::vector<bool> candidates(instance.middles.size());
+            for (std::size_t edge = 0; edge < candidates.size(); ++edge)
+                candidates[edge] = instance.middles[edge].is_visible;
+            meshes.push_back({&instance.bisection, instance.radiance, &instance.samples, instance.irradiance,
+                              std::move(candidates)});
+        }
+        return DiscontinuityMeshes::make(shading_, meshes, solids_, 2 * wanted_.tolerance * mean_,
+                                         most_vertices, progress);
     }
 
     Refinement finished() {
@@ -447,6 +461,9 @@ std::span<const Outgoing> MeshRefiner::radiance(std::size_t instance) const {
 }
 SceneRadiance MeshRefiner::fitted() const {
     return state_->fitted();
+}
+Result<DiscontinuityMeshes> MeshRefiner::cut(std::size_t most_vertices, const Progress& progress) const {
+    return state_->cut(most_vertices, progress);
 }
 Refinement MeshRefiner::finished() && {
     return state_->finished();

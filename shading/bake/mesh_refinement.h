@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 
+#include "shading/bake/discontinuity_mesh.h"
 #include "shading/bake/mesh_point.h"
 #include "shading/bake/radiant_mesh.h"
 #include "shading/scene/vertex_loop.h"
@@ -73,7 +74,8 @@ public:
 
     /// A point of a triangle of the current mesh.
     struct Located {
-        std::array<std::uint32_t, 3> corners{};  ///< Vertices of the instance's mesh.
+        std::uint32_t triangle = 0;              ///< Of the instance's mesh.
+        std::array<std::uint32_t, 3> corners{};  ///< Its vertices.
         std::array<float, 3> weights{};
         /// Largest difference between the middle of one of the triangle's edges and its interpolation, summed
         /// over the channels; 0 if none was shaded. [W/(m^2 sr)]
@@ -90,6 +92,13 @@ public:
     ///
     /// cost  some 10 us per vertex; no point is shaded.
     SceneRadiance fitted() const;
+
+    /// Returns the current meshes, cut along discontinuities of radiance that are in the picture.
+    ///
+    /// most_vertices  as for DiscontinuityMeshes::make.
+    /// cost           shaded points at edges whose ends differ by more than twice the tolerance.
+    /// errors         interrupted.
+    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, const Progress& progress = {}) const;
 
     /// Returns the meshes and statistics.
     Refinement finished() &&;
