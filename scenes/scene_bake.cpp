@@ -80,19 +80,12 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     const int least = has_fields ? 0 : least_face_size;
     HF_TRY(TargetBake found,
            target_bake(direct, {*options.error, budget, !is_everywhere, least}, std::move(points), progress));
-    baked.search = SearchOutcome{*options.error,
-                                 found.error,
-                                 found.end,
-                                 budget,
-                                 found.fitted,
-                                 found.cut_edges,
-                                 found.directions,
-                                 found.gathering_rays,
-                                 found.indirect && found.indirect->lit,
-                                 found.face_size,
-                                 found.shaded_points,
-                                 found.rounds,
-                                 is_everywhere};
+    baked.search =
+        SearchOutcome{*options.error,   found.error,          found.end,
+                      budget,           found.fitted,         found.cut_edges,
+                      found.directions, found.gathering_rays, found.indirect && found.indirect->lit,
+                      found.face_size,  found.shaded_points,  found.rounds,
+                      is_everywhere};
     baked.refined = std::move(found.meshes);
     indirect = std::move(found.indirect);
     return Done{};

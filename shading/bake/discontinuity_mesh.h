@@ -33,7 +33,8 @@ public:
     /// accuracy       bit-identical for any number of threads.
     /// cost           up to seven shaded points per candidate with that contrast.
     /// errors         interrupted.
-    /// source         discontinuity meshing: Lischinski, Tampieri and Greenberg 1992; here along single edges.
+    /// source         Lischinski, Tampieri and Greenberg 1992, Discontinuity meshing for accurate radiosity;
+    ///                here the discontinuities are found on edges instead of computed from occluders.
     static Result<DiscontinuityMeshes> make(const PointShading& shading, std::span<const UncutMesh> meshes,
                                             const PlacedSolids& solids, float contrast,
                                             std::size_t most_vertices, const Progress& progress = {});
