@@ -122,6 +122,22 @@ Result<Done> halve(const PointShading& shading, std::span<const UncutMesh> meshe
     return Done{};
 }
 
+/// True if a sample of the edges has enough discontinuities for the others to be searched.
+Result<bool> are_worthwhile(const PointShading& shading, std::span<const UncutMesh> meshes,
+                            const PlacedSolids& solids, const std::vector<CutEdge>& edges,
+                            const Progress& progress) {
+    constexpr std::size_t sample_size = 256;
+    constexpr double least_share = 0.25;
+    if (edges.size() <= sample_size) return true;
+    std::vector<CutEdge> sample;
+    for (std::size_t n = 0; n < sample_size; ++n) sample.push_back(edges[n * edges.size() / sample_size]);
+    for (int step = 0; step < bisections; ++step)
+        HF_TRY_DONE(halve(shading, meshes, solids, sample, progress));
+    const auto found =
+        std::ranges::count_if(sample, [](const CutEdge& edge) { return edge.length() <= longest; });
+    return double(found) >= least_share * double(sample_size);
+}
+
 /// Keeps the edges whose discontinuity was found, as many as the vertices allow.
 void choose(std::span<const UncutMesh> meshes, std::size_t most_vertices, std::vector<CutEdge>& edges) {
     std::erase_if(edges, [](const CutEdge& edge) { return edge.length() > longest; });
@@ -251,6 +267,8 @@ Result<DiscontinuityMeshes> DiscontinuityMeshes::make(const PointShading& shadin
                                                       const PlacedSolids& solids, float contrast,
                                                       std::size_t most_vertices, const Progress& progress) {
     std::vector<CutEdge> edges = candidates(meshes, contrast);
+    HF_TRY(const bool is_worthwhile, are_worthwhile(shading, meshes, solids, edges, progress));
+    if (!is_worthwhile) edges.clear();
     for (int step = 0; step < bisections; ++step)
         HF_TRY_DONE(halve(shading, meshes, solids, edges, progress));
     choose(meshes, most_vertices, edges);

@@ -26,7 +26,8 @@ public:
     /// Along each candidate edge whose ends differ enough, bisection finds the interval that contains most of
     /// the difference. If it is short, its ends become vertices with the radiance there. Each triangle with
     /// such edges is divided along them, so that a narrow strip separates light and shadow. Edges on seams,
-    /// where vertices have the same place, are not cut. There are no T-junctions.
+    /// where vertices have the same place, are not cut. There are no T-junctions. Nothing is cut if a sample
+    /// of the edges has few discontinuities.
     ///
     /// contrast       smallest difference between the ends of an edge, summed over the channels.
     /// most_vertices  of all meshes; the edges with the largest difference times length are cut first.

@@ -30,7 +30,8 @@ constexpr std::size_t face_size_points = 192;
 constexpr double least_growth = 1.06, largest_growth = 4;
 /// Meshes are cut while the error is below this multiple of the target, whenever the vertices have grown by a
 /// factor.
-constexpr double largest_cut_error = 10, cut_interval = 1.5;
+/// The factor is larger if the last cuts did not reduce the mean square error to this share.
+constexpr double largest_cut_error = 10, cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
@@ -170,10 +171,18 @@ private:
     /// Cuts the meshes along hard shadow edges if that reduces the error.
     Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Progress& progress) {
         HF_TRY(cut_, refiner.cut(target_.vertex_budget, progress));
+        if (cut_->cut_edges() == 0) {
+            cut_.reset();
+            cut_share_ = 0;
+            next_cut_ = static_cast<std::size_t>(long_cut_interval * double(refiner.vertices()));
+            return Done{};
+        }
         std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
         HF_TRY(const SquareEstimate by_cut, meter_.steering_error(shown(refiner), progress));
         const double share = double(cut_->added_vertices()) / double(refiner.vertices());
-        next_cut_ = static_cast<std::size_t>(cut_interval * double(refiner.vertices()));
+        const bool helps = by_cut.square < helpful_cut * error.square;
+        next_cut_ =
+            static_cast<std::size_t>((helps ? cut_interval : long_cut_interval) * double(refiner.vertices()));
         if (by_cut.square < error.square) {
             // Cuts that help little are no reason to stop refining earlier.
             cut_share_ = by_cut.square < error.square / 2 ? share : 0;

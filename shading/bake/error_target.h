@@ -47,9 +47,9 @@ struct TargetBake {
 /// shading as a whole. While the error of indirect light is too large, it repeats it, first with
 /// focused_indirect_light, then with four times as many directions each time. It then refines the meshes in
 /// steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours;
-/// whenever they are 50 % more, also with meshes that are cut along hard shadow edges.
-/// It stops when the upper end of the 90 % interval is below what the shading leaves of the target. Other
-/// points measure the reported error.
+/// whenever they are 50 % more (300 % where it does not help), also with meshes that are cut along hard
+/// shadow edges. It stops when the upper end of the 90 % interval is below what the shading leaves of the
+/// target. Other points measure the reported error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.

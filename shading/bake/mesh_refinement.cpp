@@ -17,6 +17,8 @@ constexpr float not_shaded = -1;
 /// Irradiance is interpolated along edges that are shorter than this share of the distance to other surfaces
 /// (1 / nearness), whose normals turn less than this, and whose ends differ less than this.
 constexpr float interpolated_length = 0.1f, least_cosine = 0.995f, largest_difference = 0.05f;
+/// The smallest difference between the ends of edges that are cut, in tolerances.
+constexpr float cut_contrast = 8;
 /// The weight of errors that are not in the picture.
 constexpr double hidden_share = 0.25;
 
@@ -147,7 +149,7 @@ struct MeshRefiner::State {
             meshes.push_back({&instance.bisection, instance.radiance, &instance.samples, instance.irradiance,
                               std::move(candidates)});
         }
-        return DiscontinuityMeshes::make(shading_, meshes, solids_, 2 * wanted_.tolerance * mean_,
+        return DiscontinuityMeshes::make(shading_, meshes, solids_, cut_contrast * wanted_.tolerance * mean_,
                                          most_vertices, progress);
     }
 

@@ -96,7 +96,7 @@ public:
     /// Returns the current meshes, cut along discontinuities of radiance that are in the picture.
     ///
     /// most_vertices  as for DiscontinuityMeshes::make.
-    /// cost           shaded points at edges whose ends differ by more than twice the tolerance.
+    /// cost           shaded points at edges whose ends differ by more than eight tolerances.
     /// errors         interrupted.
     Result<DiscontinuityMeshes> cut(std::size_t most_vertices, const Progress& progress = {}) const;
 
