@@ -178,7 +178,7 @@ private:
     /// Samples objects again that POV-Ray takes for infinite although their surface is small, such as clipped
     /// quadrics: in grids of their own size.
     Result<Done> sample_bounded(ObjectSurfaces& sampled) {
-        constexpr int rounds = 2;  // Cells of the first grids are large, so that its own grids are, too.
+        constexpr int rounds = 2;  // The margins of an object's first own grid are still two large cells.
         std::vector<GridRequest> own, missed;
         const auto add_own = [&](const GridRequest& request, const Bounds& crossings) {
             if (const auto grid = own_grid(request, crossings))
@@ -192,7 +192,7 @@ private:
             else
                 add_own(requests_[i], sampled.crossings[i]);
         }
-        // These are smaller than the cells, or a sky.
+        // The first grid's lines miss small objects, and skies that are farther away.
         HF_TRY(const ObjectSurfaces nearby,
                object_surfaces(queries_, missed, options_.object_seconds, progress_));
         for (std::size_t i = 0; i < missed.size(); ++i) add_own(missed[i], nearby.crossings[i]);
@@ -316,6 +316,7 @@ private:
         std::ranges::sort(requests_, {}, &GridRequest::object);
     }
 
+    /// Returns the grid of an object. Its cells are as fine as its size in the picture asks.
     GridRequest planned(std::size_t object, const Vec3d& centre, const Vec3d& size, bool is_cut) const {
         // Some 60,000 vertices for all objects.
         const double share = 10000.0 / static_cast<double>(survey_.objects.size());

@@ -58,12 +58,6 @@ std::vector<EdgeBisection::Side> EdgeBisection::sides(std::uint32_t edge) const 
     return sides;
 }
 
-Vec3f EdgeBisection::middle_normal(const Side& side) const {
-    const Vec3d sum = Vec3d(mesh_.normals[side.low]) + Vec3d(mesh_.normals[side.high]);
-    // the mean of opposite normals is undefined
-    return sum.length2() > 1e-12 ? Vec3f(sum.normalized()) : mesh_.normals[side.low];
-}
-
 bool EdgeBisection::split(std::uint32_t edge) {
     const auto [a, b] = edges_[edge].ends;
     const Vec3f middle = this->middle(edge);
@@ -73,13 +67,7 @@ bool EdgeBisection::split(std::uint32_t edge) {
     places_.push_back(middle);
     const auto first_vertex = static_cast<std::uint32_t>(mesh_.positions.size());
     for (const Side& side : sides) {
-        const std::uint32_t vertex = mesh_.copy_vertex(side.low);
-        mesh_.normals[vertex] = middle_normal(side);
-        mesh_.positions[vertex] = middle;
-        if (!mesh_.uvs.empty()) mesh_.uvs[vertex] = (mesh_.uvs[side.low] + mesh_.uvs[side.high]) * 0.5f;
-        if (!mesh_.colours.empty())
-            mesh_.colours[vertex] = (mesh_.colours[side.low] + mesh_.colours[side.high]) * 0.5f;
-        if (!mesh_.original_vertices.empty()) mesh_.original_vertices[vertex] = not_original;
+        mesh_.positions[add_interpolated_vertex(mesh_, side, 0.5)] = middle;
         place_of_vertex_.push_back(place);
     }
 
@@ -135,6 +123,25 @@ EdgeBisection::TrianglePoint EdgeBisection::located(TrianglePoint point) const {
         }
     }
     return point;
+}
+
+Vec3f interpolated_normal(const Mesh& mesh, const EdgeBisection::Side& side, double share) {
+    const Vec3d sum = Vec3d(mesh.normals[side.low]) * (1 - share) + Vec3d(mesh.normals[side.high]) * share;
+    // The mean of opposite normals is undefined.
+    return sum.length2() > 1e-12 ? Vec3f(sum.normalized()) : mesh.normals[side.low];
+}
+
+std::uint32_t add_interpolated_vertex(Mesh& mesh, const EdgeBisection::Side& side, double share) {
+    const std::uint32_t vertex = mesh.copy_vertex(side.low);
+    const auto high = static_cast<float>(share), low = 1 - high;
+    mesh.positions[vertex] =
+        Vec3f(Vec3d(mesh.positions[side.low]) * (1 - share) + Vec3d(mesh.positions[side.high]) * share);
+    mesh.normals[vertex] = interpolated_normal(mesh, side, share);
+    if (!mesh.uvs.empty()) mesh.uvs[vertex] = mesh.uvs[side.low] * low + mesh.uvs[side.high] * high;
+    if (!mesh.colours.empty())
+        mesh.colours[vertex] = mesh.colours[side.low] * low + mesh.colours[side.high] * high;
+    if (!mesh.original_vertices.empty()) mesh.original_vertices[vertex] = not_original;
+    return vertex;
 }
 
 }  // namespace haarfield

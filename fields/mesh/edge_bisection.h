@@ -49,10 +49,6 @@ public:
     /// Returns the sides of an edge, in the order of their first triangles.
     std::vector<Side> sides(std::uint32_t edge) const;
 
-    /// Returns the normal of a vertex at the middle of a side: the normalised mean of the normals at its
-    /// ends.
-    Vec3f middle_normal(const Side& side) const;
-
     /// Adds a vertex at the midpoint of each side, in their order, and divides the edge's triangles. The edge
     /// becomes its half at ends[0]. The other half and the edges to the opposite corners are new. Does
     /// nothing and returns false if single precision has no value in between.
@@ -79,5 +75,15 @@ private:
     std::vector<std::array<std::uint32_t, 3>> edges_of_triangle_;
     std::vector<std::vector<Cut>> cuts_;  ///< By triangle, in the order of time.
 };
+
+/// Returns the normalised interpolation of the normals at the ends of a side.
+///
+/// share  0 at `low`, 1 at `high`.
+Vec3f interpolated_normal(const Mesh& mesh, const EdgeBisection::Side& side, double share);
+
+/// Appends a vertex on a side, whose position and other values are interpolated. Returns its index.
+///
+/// share  as above.
+std::uint32_t add_interpolated_vertex(Mesh& mesh, const EdgeBisection::Side& side, double share);
 
 }  // namespace haarfield

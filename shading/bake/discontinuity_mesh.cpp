@@ -16,11 +16,6 @@ constexpr double longest = 0.25;
 constexpr std::uint32_t no_parts = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t no_vertex = std::numeric_limits<std::uint32_t>::max();
 
-float difference(const Outgoing& a, const Outgoing& b) {
-    const Rgb d = a.total() - b.total();
-    return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
-}
-
 /// An edge with the interval that contains the discontinuity, from its lower vertex (0) to the other one (1).
 struct CutEdge {
     struct End {
@@ -38,15 +33,6 @@ struct CutEdge {
 
     double length() const { return high.place - low.place; }
 };
-
-Vec3f mixed(const Vec3f& a, const Vec3f& b, double place) {
-    return Vec3f(Vec3d(a) * (1 - place) + Vec3d(b) * place);
-}
-
-Vec3f mixed_normal(const Mesh& mesh, const EdgeBisection::Side& side, double place) {
-    const Vec3d sum = Vec3d(mesh.normals[side.low]) * (1 - place) + Vec3d(mesh.normals[side.high]) * place;
-    return sum.length2() > 1e-12 ? Vec3f(sum.normalized()) : mesh.normals[side.low];
-}
 
 GatheredIrradiance mixed_irradiance(const UncutMesh& mesh, const EdgeBisection::Side& side, double place) {
     const auto share = static_cast<float>(place);
@@ -72,7 +58,7 @@ std::vector<CutEdge> candidates(std::span<const UncutMesh> meshes, float contras
             edge.high.place = 1;
             edge.low.radiance = mesh.radiance[edge.side.low];
             edge.high.radiance = mesh.radiance[edge.side.high];
-            edge.whole = difference(edge.low.radiance, edge.high.radiance);
+            edge.whole = channel_difference(edge.low.radiance, edge.high.radiance);
             if (edge.whole > contrast) edges.push_back(std::move(edge));
         }
     }
@@ -90,9 +76,9 @@ Result<Done> halve(const PointShading& shading, std::span<const UncutMesh> meshe
         const double place = (edge.low.place + edge.high.place) / 2;
         const EntityOcclusion& occlusion =
             *shading.scene.entities[shading.scene.instances[edge.instance].entity].occlusion;
-        middles[n] = point_on(mesh, edge.side.triangles,
-                              mixed(mesh.positions[edge.side.low], mesh.positions[edge.side.high], place),
-                              mixed_normal(mesh, edge.side, place), occlusion.sampler());
+        const Vec3d low(mesh.positions[edge.side.low]), high(mesh.positions[edge.side.high]);
+        middles[n] = point_on(mesh, edge.side.triangles, Vec3f(low * (1 - place) + high * place),
+                              interpolated_normal(mesh, edge.side, place), occlusion.sampler());
         if (middles[n] && solids.contain(shading.scene, edge.instance, *middles[n])) middles[n].reset();
     });
     std::vector<InstancePoint> points;
@@ -114,8 +100,8 @@ Result<Done> halve(const PointShading& shading, std::span<const UncutMesh> meshe
         CutEdge& edge = edges[n];
         if (!edge.is_open) continue;
         const CutEdge::End middle{(edge.low.place + edge.high.place) / 2, *next++, middles[n]->sample};
-        const float before = difference(edge.low.radiance, middle.radiance),
-                    after = difference(middle.radiance, edge.high.radiance);
+        const float before = channel_difference(edge.low.radiance, middle.radiance),
+                    after = channel_difference(middle.radiance, edge.high.radiance);
         edge.is_open = std::max(before, after) >= kept_share * edge.whole;
         if (edge.is_open) (before > after ? edge.high : edge.low) = middle;
     }
@@ -159,15 +145,7 @@ std::uint32_t added_vertex(const UncutMesh& uncut, const EdgeBisection::Side& si
                            RadiantMesh& result) {
     if (end.place == 0) return side.low;
     if (end.place == 1) return side.high;
-    Mesh& mesh = result.mesh;
-    const auto share = static_cast<float>(end.place);
-    const std::uint32_t vertex = mesh.copy_vertex(side.low);
-    mesh.positions[vertex] = mixed(mesh.positions[side.low], mesh.positions[side.high], end.place);
-    mesh.normals[vertex] = mixed_normal(mesh, side, end.place);
-    if (!mesh.uvs.empty()) mesh.uvs[vertex] = mesh.uvs[side.low] * (1 - share) + mesh.uvs[side.high] * share;
-    if (!mesh.colours.empty())
-        mesh.colours[vertex] = mesh.colours[side.low] * (1 - share) + mesh.colours[side.high] * share;
-    if (!mesh.original_vertices.empty()) mesh.original_vertices[vertex] = not_original;
+    const std::uint32_t vertex = add_interpolated_vertex(result.mesh, side, end.place);
     result.radiance.push_back(end.radiance);
     result.samples.points.push_back(end.sample);
     result.samples.buried.push_back(0);
@@ -186,8 +164,6 @@ struct CrossedSide {
     Corner first, second;
     bool is_cut = false;
 };
-
-}  // namespace
 
 /// Divides the triangles of one mesh.
 class TriangleCutter {
@@ -261,6 +237,8 @@ private:
     std::vector<std::vector<DiscontinuityMeshes::Part>>& parts_;
     std::vector<DiscontinuityMeshes::Part> parts_now_;
 };
+
+}  // namespace
 
 Result<DiscontinuityMeshes> DiscontinuityMeshes::make(const PointShading& shading,
                                                       std::span<const UncutMesh> meshes,

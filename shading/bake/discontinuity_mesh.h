@@ -53,16 +53,16 @@ public:
     std::size_t cut_edges() const { return cut_edges_; }                      ///< Of all meshes.
     std::size_t added_vertices() const { return added_vertices_; }            ///< By the cuts.
 
-private:
     /// A part of a divided triangle.
     struct Part {
         std::array<std::uint32_t, 3> vertices{};
         std::array<std::array<float, 3>, 3> corners{};  ///< Of the part, as weights of the divided triangle.
     };
-    friend class TriangleCutter;
 
+private:
     std::vector<RadiantMesh> meshes_;
-    std::vector<std::vector<std::uint32_t>> parts_of_;  ///< By instance and triangle: its parts; or no_parts.
+    /// By instance and triangle: index in parts_; the largest value for undivided triangles.
+    std::vector<std::vector<std::uint32_t>> parts_of_;
     std::vector<std::vector<std::vector<Part>>> parts_;  ///< By instance, for each divided triangle.
     std::size_t cut_edges_ = 0, added_vertices_ = 0;
 };

@@ -28,10 +28,11 @@ constexpr double largest_direct_share = 0.5;
 constexpr std::size_t face_size_points = 192;
 /// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
 constexpr double least_growth = 1.06, largest_growth = 4;
-/// Meshes are cut while the error is below this multiple of the target, whenever the vertices have grown by a
-/// factor.
-/// The factor is larger if the last cuts did not reduce the mean square error to this share.
-constexpr double largest_cut_error = 10, cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
+/// Cuts are tried while the error is below this multiple of the target.
+constexpr double largest_cut_error = 10;
+/// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
+/// did not reduce the mean square error to the share `helpful_cut`.
+constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
 /// Edges with errors below this share of the target are not split.
 constexpr double tolerated_share = 0.25;
 
@@ -170,28 +171,26 @@ private:
 
     /// Cuts the meshes along hard shadow edges if that reduces the error.
     Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Progress& progress) {
+        const double vertices = double(refiner.vertices());
+        bool helps = false;
+        cut_share_ = 0;
         HF_TRY(cut_, refiner.cut(target_.vertex_budget, progress));
         if (cut_->cut_edges() == 0) {
             cut_.reset();
-            cut_share_ = 0;
-            next_cut_ = static_cast<std::size_t>(long_cut_interval * double(refiner.vertices()));
-            return Done{};
-        }
-        std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
-        HF_TRY(const SquareEstimate by_cut, meter_.steering_error(shown(refiner), progress));
-        const double share = double(cut_->added_vertices()) / double(refiner.vertices());
-        const bool helps = by_cut.square < helpful_cut * error.square;
-        next_cut_ =
-            static_cast<std::size_t>((helps ? cut_interval : long_cut_interval) * double(refiner.vertices()));
-        if (by_cut.square < error.square) {
-            // Cuts that help little are no reason to stop refining earlier.
-            cut_share_ = by_cut.square < error.square / 2 ? share : 0;
-            error = by_cut;
         } else {
-            cut_share_ = 0;
-            cut_.reset();
-            fitted_ = std::move(fitted);
+            std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
+            HF_TRY(const SquareEstimate by_cut, meter_.steering_error(shown(refiner), progress));
+            helps = by_cut.square < helpful_cut * error.square;
+            // Cuts that help little are no reason to stop refining earlier.
+            if (by_cut.square < error.square / 2) cut_share_ = double(cut_->added_vertices()) / vertices;
+            if (by_cut.square < error.square) {
+                error = by_cut;
+            } else {
+                cut_.reset();
+                fitted_ = std::move(fitted);
+            }
         }
+        next_cut_ = static_cast<std::size_t>((helps ? cut_interval : long_cut_interval) * vertices);
         return Done{};
     }
 

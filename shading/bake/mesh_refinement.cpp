@@ -27,11 +27,6 @@ float channel_sum(const Outgoing& radiance) {
     return c.x + c.y + c.z;
 }
 
-float difference(const Outgoing& of, const Outgoing& from) {
-    const Rgb a = of.total(), b = from.total();
-    return std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
-}
-
 /// The shaded middle of an edge, on all its sides.
 struct Middle {
     float error = not_shaded;  ///< The largest error of all sides.
@@ -222,7 +217,7 @@ struct MeshRefiner::State {
     /// The error of a value that was found between two others, whose mean would be taken for it.
     float error(const Outgoing& found, const Outgoing& interpolated) const {
         const float size = (wanted_.is_absolute ? 0 : channel_sum(interpolated)) + mean_;
-        return size > 0 ? difference(found, interpolated) / size : 0;
+        return size > 0 ? channel_difference(found, interpolated) / size : 0;
     }
 
     /// Returns the edges whose middles must be shaded and have not been.
@@ -273,7 +268,7 @@ struct MeshRefiner::State {
             for (const EdgeBisection::Side& side : bisection.sides(edge)) {
                 std::optional<SurfacePoint> point =
                     point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
-                             bisection.middle_normal(side), occlusion.sampler());
+                             interpolated_normal(bisection.mesh(), side, 0.5), occlusion.sampler());
                 if (point && solids_.contain(shading_.scene, i, *point)) point.reset();
                 GatheredIrradiance irradiance;
                 if (point && shading_.indirect) {
@@ -300,8 +295,8 @@ struct MeshRefiner::State {
                 middle.samples.buried.push_back(!side.point);
                 middle.irradiance.push_back(side.irradiance);
                 middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
-                middle.difference =
-                    std::max(middle.difference, difference(middle.radiance.back(), side.interpolated));
+                middle.difference = std::max(middle.difference,
+                                             channel_difference(middle.radiance.back(), side.interpolated));
             }
         }
         return Done{};

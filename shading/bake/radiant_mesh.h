@@ -15,6 +15,12 @@ struct RadiantMesh {
     std::vector<GatheredIrradiance> irradiance{};  ///< Indirect, by vertex; empty: unknown.
 };
 
+/// Returns the difference between two radiances, summed over the channels. [W/(m^2 sr)]
+inline float channel_difference(const Outgoing& a, const Outgoing& b) {
+    const Rgb d = a.total() - b.total();
+    return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+}
+
 /// A mesh whose vertices can be shaded, in the frame of the instance's entity. Its pointers must outlive it.
 struct SampledMesh {
     const Mesh* mesh = nullptr;

@@ -493,7 +493,7 @@ Result<Done> RelightSession::shade(MotionFrames& frames, FrameQuality quality, c
     HF_TRY_DONE(
         shade_frame(frames.transfer, scene(), *geometry_, inputs_.settings, quality, radiance_, progress));
     diffuse_ = std::move(diffuse);
-    add(frames.indirect);
+    add_radiance(frames.indirect);
     return Done{};
 }
 
@@ -723,7 +723,7 @@ void RelightSession::add_specular(const SceneColours& part, const VertexMask* ve
         add_at_vertices(radiance_, vertices, [&](std::size_t i, std::size_t v) { return part[i][v]; });
 }
 
-void RelightSession::add(const SceneRadiance& part) {
+void RelightSession::add_radiance(const SceneRadiance& part) {
     if (part.empty()) return;
     add_at_vertices(radiance_, nullptr, [&](std::size_t i, std::size_t v) { return part[i][v].total(); });
     if (separates_components_)

@@ -260,11 +260,14 @@ private:
     Result<Done> find_irradiance(LightFrames& frames, FrameQuality quality, const Progress& progress);
     /// Returns the diffuse radiance by an irradiance by row.
     SceneColours radiance_by(std::span<const Rgb> irradiance) const;
-    /// Adds to the radiance, and to its diffuse component if the components are separated.
+    /// Adds radiance to that of the frame. If the components are separated, its diffuse part is also added to
+    /// the diffuse component.
+    ///
+    /// vertices  null: all.
     /// @{
     void add_diffuse(const SceneColours& part, const VertexMask* vertices);
     void add_specular(const SceneColours& part, const VertexMask* vertices);
-    void add(const SceneRadiance& part);
+    void add_radiance(const SceneRadiance& part);
     /// @}
     /// Computes the light of the lamps and emitters as they are now, and their indirect light.
     Result<Done> update_lamps(const Progress& progress);
