@@ -75,7 +75,7 @@ TEST(RasterizedVisibility, IsBitIdenticalForAllInstructionSets) {
         const auto nodes = [&] {
             seen(std::span(&view, 1));
             std::vector<std::array<std::uint32_t, wide_cells + 2>> copies;
-            for (const WideNode<std::uint8_t>& node : seen.nodes()) {
+            for (const WideNode<std::uint8_t>& node : seen.last().nodes) {
                 auto& copy = copies.emplace_back();
                 std::copy(node.mean.begin(), node.mean.end(), copy.begin());
                 copy[wide_cells] = node.first_child;

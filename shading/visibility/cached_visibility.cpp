@@ -72,31 +72,52 @@ std::span<T> copied(std::span<const T> values, std::byte*& place) {
     return copy;
 }
 
+/// The last copy of a tree that several vertices use.
+struct SharedTree {
+    std::uint64_t number = 0;  ///< VertexVisibility::Made::number
+    const WideCubemap<std::uint8_t>* copy = nullptr;
+};
+
+std::size_t room_for_tree(const TexelTree& tree) {
+    return room_for(std::span(&tree.faces, 1)) + room_for(std::span(tree.nodes));
+}
+
+/// Copies a tree to an address and advances it.
+const WideCubemap<std::uint8_t>* copied_tree(const TexelTree& tree, std::byte*& place) {
+    WideCubemap<std::uint8_t>& faces = copied(std::span(&tree.faces, 1), place)[0];
+    const std::span<const WideNode<std::uint8_t>> nodes = copied(std::span(tree.nodes), place);
+    for (auto& face : faces)
+        if (face.root) face.root = nodes.data() + (face.root - tree.nodes.data());
+    return &faces;
+}
+
 /// Copies the visibility of a vertex; null: out of memory.
-const VisibilityProduct* kept(const VertexVisibility& seen, PagedMemory& memory) {
+const VisibilityProduct* kept(const VertexVisibility& seen, SharedTree& shared, PagedMemory& memory) {
     const VisibilityProduct looked = seen.visibility();
     const std::span<const VisibilityProduct> visibility(&looked, 1);
-    const std::span<const WideCubemap<std::uint8_t>> made(seen.made(), seen.made() ? 1 : 0);
-    const std::span<const WideNode<std::uint8_t>> nodes =
-        seen.made_nodes().subspan(0, seen.made() ? seen.made_nodes().size() : 0);
+    const auto is_kept = [&](const VertexVisibility::Made& made) {
+        return made.number != 0 && made.number == shared.number;
+    };
     std::size_t bytes = room_for(visibility) + room_for(looked.trees) + room_for(looked.cones.sides) +
-                        room_for(looked.cones.end) + room_for(made) + room_for(nodes);
+                        room_for(looked.cones.end);
     for (const auto& factor : looked.trees) bytes += room_for(factor.parts);
+    for (const VertexVisibility::Made& made : seen.made())
+        if (!is_kept(made)) bytes += room_for_tree(*made.tree);
     std::byte* place = memory.allocate(bytes);
     if (!place) return nullptr;
 
     VisibilityProduct& result = copied(visibility, place)[0];
     const auto trees = copied(looked.trees, place);
     result = {trees, {copied(looked.cones.sides, place), copied(looked.cones.end, place)}};
-    const auto cubemap = copied(made, place);
-    const auto own_nodes = copied(nodes, place);
-    for (WideCubemap<std::uint8_t>& faces : cubemap)
-        for (auto& face : faces)
-            if (face.root) face.root = own_nodes.data() + (face.root - nodes.data());
     for (auto& factor : trees) {
         const auto parts = copied(factor.parts, place);
         for (auto& part : parts)
-            if (part.tree == seen.made()) part.tree = cubemap.data();
+            for (const VertexVisibility::Made& made : seen.made()) {
+                if (part.tree != &made.tree->faces) continue;
+                part.tree = is_kept(made) ? shared.copy : copied_tree(*made.tree, place);
+                if (made.number != 0) shared = {made.number, part.tree};
+                break;
+            }
         factor.parts = parts;
     }
     return &result;
@@ -116,10 +137,11 @@ Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const 
     struct Worker {
         VertexVisibility visibility;
         PagedMemory memory;
+        SharedTree shared;
     };
     std::atomic<std::size_t> budget = most_bytes;
     tbb::enumerable_thread_specific<Worker> workers([&] {
-        return Worker{{scene, geometry}, PagedMemory(budget)};
+        return Worker{{scene, geometry}, PagedMemory(budget), {}};
     });
     HF_TRY_DONE(visit_vertices(
         scene, geometry.orders(),
@@ -127,7 +149,8 @@ Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const 
             return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
                 if (worker->memory.is_full()) return;
                 const bool sees = worker->visibility.look(i, v, shading_point(scene, scene.instances[i], v));
-                result.products_[i][v] = sees ? kept(worker->visibility, worker->memory) : &no_visibility;
+                result.products_[i][v] =
+                    sees ? kept(worker->visibility, worker->shared, worker->memory) : &no_visibility;
             };
         },
         "visibility", progress));

@@ -2,7 +2,7 @@
 /// Visibility rasterized at a vertex, as a wide tree: used where the samples of a field are too sparse.
 
 #include "fields/rasterizer/visibility_rasterizer.h"
-#include "shading/visibility/texel_blocks.h"
+#include "shading/visibility/texel_tree.h"
 
 namespace haarfield {
 
@@ -28,27 +28,13 @@ public:
         return tree();
     }
 
-    /// Returns the tree that was computed last.
-    const WideCubemap<std::uint8_t>& faces() const { return faces_; }
-    std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }  ///< All nodes of that tree.
+    const TexelTree& last() const { return tree_; }  ///< The tree that was computed last.
 
 private:
-    VisibilitySquares& squares(std::size_t level) {
-        return level < upper_.size() ? upper_[level] : blocks_.squares;
-    }
-    float mean_of(std::size_t level, std::size_t path);
-    void add_face(std::size_t face, std::span<const std::uint8_t> open);
-    void gather_squares(std::size_t level);
-    void fill_node(std::size_t index, std::size_t level, std::size_t path);
-
-    const int face_size_;
     VisibilityRasterizer rasterizer_;
-    std::vector<std::uint8_t> open_;        ///< By texel. [1/255]
-    TexelBlocks blocks_;                    ///< Of the current face.
-    std::vector<VisibilitySquares> upper_;  ///< Squares of the levels of nodes above the blocks.
-    std::vector<std::size_t> paths_;        ///< Of the nodes of the current face.
-    std::vector<WideNode<std::uint8_t>> nodes_;
-    WideCubemap<std::uint8_t> faces_;
+    std::vector<std::uint8_t> open_;  ///< By texel. [1/255]
+    TexelTreeMaker maker_;
+    TexelTree tree_;
 };
 
 }  // namespace haarfield

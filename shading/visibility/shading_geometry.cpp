@@ -18,6 +18,9 @@ constexpr float on_ground = 2e-3f;
 /// Largest number of instances rasterized per vertex with Occlusion::automatic.
 constexpr std::size_t most_rasterized = 8;
 
+/// Least number of instances of a crowd.
+constexpr std::size_t least_crowd = 16;
+
 /// Returns the distance from a sampler's centre within which its entity is exact. With Occlusion::automatic,
 /// this is the outer end of the last band whose error exceeds the tolerance. [m]
 template <class Sampler>
@@ -52,10 +55,10 @@ bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, 
 
 /// Prepares an instance in its placement.
 ShadingGeometry::Instance placed_instance(const ShadedEntity& entity, const ShadingGeometry::Entity& prepared,
-                                          const Placement& placement) {
+                                          const Placement& placement, bool is_crowd) {
     const Bounds& bounds = entity.occlusion->coarse().bounds();
     const bool is_turned = !is_identity(placement.rotate);
-    const bool by_impostors = is_turned && prepared.polygons.empty();
+    const bool by_impostors = (is_turned || is_crowd) && prepared.polygons.empty();
     return {turned_polygons(prepared.polygons, placement.rotate), is_turned,
             placement.point_to_world(bounds.centre()), bounds.radius() * placement.scale,
             placement.scale *
@@ -133,7 +136,7 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
 /// coarse mesh subtends a small part of a texel. None after a stop request.
 std::vector<ShadingGeometry::Entity::Level> levels_of(const EntityOcclusion& occlusion, int face_size,
                                                       const std::stop_token& stop) {
-    constexpr float largest_shift = 0.1f;  // texels
+    constexpr float largest_shift = 0.3f;  // texels
     std::vector<ShadingGeometry::Entity::Level> levels;
     const float shift = largest_shift * 2 / static_cast<float>(face_size);
     try {
@@ -178,6 +181,7 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                  : std::numeric_limits<std::size_t>::max(),
                              settings.reach,
                              settings.occlusion == Occlusion::automatic,
+                             false,
                              DirectionPyramid(settings.face_size),
                              {},
                              {},
@@ -227,12 +231,14 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
             for (ShadingGeometry::Entity& entity : geometry.entities) entity.levels.reset();
             return added;
         }
+    const bool is_crowd = geometry.simplifies && scene.instances.size() >= least_crowd;
     std::vector<ShadingGeometry::Instance> instances;
     std::vector<Sphere> spheres;
     Bounds bounds;
     for (const ShadedInstance& instance : scene.instances) {
         instances.push_back(placed_instance(scene.entities[instance.entity],
-                                            geometry.entities[instance.entity], instance.placement));
+                                            geometry.entities[instance.entity], instance.placement,
+                                            is_crowd));
         const ShadingGeometry::Instance& placed = instances.back();
         spheres.push_back({placed.middle, geometry.reach * placed.radius});
         bounds.add(placed.middle, placed.radius);
@@ -249,6 +255,7 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
         }
         geometry.impostors[e] = std::move(*made);
     }
+    geometry.is_crowd = is_crowd;
     geometry.grid = InstanceGrid(spheres, bounds);
     geometry.rays.place(scene);
     geometry.openness.reset();

@@ -18,7 +18,10 @@ void VertexVisibility::clear(const ShadingPoint& point) {
     candidates_.clear();
     rasterized_.clear();
     distant_.clear();
-    parts_.reserve(2 + 8 * geometry_.grid.near(point.outside).size());  // Keeps spans of its elements valid.
+    made_.clear();
+    around_ = groups_ ? groups_->around(point.outside)
+                      : DistantGroups::Surroundings{nullptr, 0, geometry_.grid.near(point.outside)};
+    parts_.reserve(3 + 8 * around_.near.size());  // Keeps spans of its elements valid.
 }
 
 bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const ShadingPoint& point) {
@@ -39,18 +42,24 @@ bool VertexVisibility::look(std::size_t instance, const SurfacePoint& surface, c
 }
 
 bool VertexVisibility::add_occlusion_by_others(std::size_t instance, const ShadingPoint& point) {
-    for (const std::uint32_t i : geometry_.grid.near(point.outside))
+    for (const std::uint32_t i : around_.near)
         if (i != instance && i != without_ && !add_occlusion_by(i, point)) return false;
     choose_candidates(point);
-    is_made_ = !rasterized_.empty() || !distant_.empty();
-    if (!is_made_) return true;
+    if (around_.distant) add_made(*around_.distant, around_.number);
+    if (rasterized_.empty() && distant_.empty()) return true;
     const std::span<std::uint8_t> texels = seen_.texels(rasterized_);
     for (const std::uint32_t i : distant_)
         geometry_.impostors[scene_.instances[i].entity]->hide(scene_.instances[i].placement, point.outside,
                                                               texels);
-    trees_.emplace_back();
-    add_tree(seen_.tree(), 1);
+    seen_.tree();
+    add_made(seen_.last(), 0);
     return true;
+}
+
+void VertexVisibility::add_made(const TexelTree& tree, std::uint64_t number) {
+    made_.push_back({&tree, number});
+    trees_.emplace_back();
+    add_tree(tree.faces, 1);
 }
 
 bool VertexVisibility::add_occlusion_by(std::uint32_t instance, const ShadingPoint& point) {

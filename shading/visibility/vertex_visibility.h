@@ -1,6 +1,9 @@
 #pragma once
 /// The joint visibility of a vertex around its own and all other instances.
 
+#include <optional>
+
+#include "shading/visibility/distant_groups.h"
 #include "shading/visibility/rasterized_visibility.h"
 #include "shading/visibility/shading_geometry.h"
 #include "shading/walk/vertex_shading.h"
@@ -13,10 +16,11 @@ namespace haarfield {
 /// rasterized into one cubemap. With Occlusion::automatic at most eight are rasterized: those that are
 /// nearest, relative to the distance within which they are exact. This bounds the cost in a crowd. The same
 /// mode rasterizes simplifications of those that are far enough away (occluder_for). Distant
-/// instances multiply the same cubemap by their impostors. Instances that are out of reach, or below the
-/// vertex's horizon, cost only a lookup in the grid.
+/// instances multiply the same cubemap by their impostors. Among 16 instances or more, impostors replace all
+/// but the nearest, and groups of distant ones have a tree of their own (DistantGroups). Instances that are out of reach, or below the vertex's horizon, cost
+/// only a lookup.
 ///
-/// Reuses its memory: allocates nothing per vertex once it has grown.
+/// The instances must stay in place. Reuses its memory: allocates little per vertex once it has grown.
 class VertexVisibility {
 public:
     static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The index of no instance.
@@ -29,7 +33,9 @@ public:
           geometry_(geometry),
           rasterizes_(rasterizes),
           without_(without),
-          seen_(geometry.face_size) {}
+          seen_(geometry.face_size) {
+        if (geometry.is_crowd) groups_.emplace(scene, geometry, without);
+    }
 
     /// Evaluates the visibility at a point of an instance. Returns false if the point is inside another
     /// instance, where all directions are blocked.
@@ -44,10 +50,13 @@ public:
     /// Returns the visibility that was evaluated last; valid until the next evaluation.
     VisibilityProduct visibility() const { return {trees_, cones_}; }
 
-    /// Returns the tree of `visibility` that was rasterized at the vertex; null: none.
-    const WideCubemap<std::uint8_t>* made() const { return is_made_ ? &seen_.faces() : nullptr; }
-    /// Returns the nodes of that tree.
-    std::span<const WideNode<std::uint8_t>> made_nodes() const { return seen_.nodes(); }
+    /// A tree of `visibility` that was made for the vertex or for a part of space around it.
+    struct Made {
+        const TexelTree* tree;
+        std::uint64_t number;  ///< Not 0: trees of this number are equal.
+    };
+    /// Returns these trees of `visibility`.
+    std::span<const Made> made() const { return made_; }
 
 private:
     /// An instance to be rasterized.
@@ -57,6 +66,7 @@ private:
     };
 
     void clear(const ShadingPoint& point);
+    void add_made(const TexelTree& tree, std::uint64_t number);
     bool add_occlusion_by_others(std::size_t instance, const ShadingPoint& point);
     /// Adds an instance as cones, samples or impostors, or to the candidates. Returns false if the vertex is
     /// inside it.
@@ -78,7 +88,9 @@ private:
     std::vector<OccluderView> rasterized_;  ///< At the current vertex.
     std::vector<std::uint32_t> distant_;    ///< Instances evaluated by impostors.
     RasterizedVisibility seen_;
-    bool is_made_ = false;  ///< seen_ has a tree for the current vertex.
+    std::optional<DistantGroups> groups_;
+    DistantGroups::Surroundings around_;
+    std::vector<Made> made_;
 };
 
 }  // namespace haarfield

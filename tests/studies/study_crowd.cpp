@@ -52,29 +52,48 @@ double resident_megabytes() {
     return pages * 4096 / 1e6;
 }
 
-/// Returns the minimum time per vertex, for vertices distributed evenly over the scene. [us]
-double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::size_t vertices) {
+/// The shading of some of a scene's vertices.
+struct Shaded {
+    double microseconds = 0;    ///< Minimum time per vertex.
+    std::vector<Rgb> radiance;  ///< Of the vertices that are not buried.
+};
+
+Shaded shaded_vertices(const ShadedScene& scene, Occlusion occlusion, std::size_t vertices, int rounds = 3) {
     RenderSettings settings;
     settings.occlusion = occlusion;
     const ShadingGeometry geometry = value_or_exit(shading_geometry(scene, settings));
     const LightPyramid light = scene_light(scene.environment, settings).smooth;
     const VertexRows rows(scene, geometry);
     VertexTransfer vertex(scene, geometry, settings);
-    double least = INFINITY;
-    for (int round = 0; round < 3; ++round) {
+    constexpr std::size_t run = 64;
+    Shaded result{INFINITY, {}};
+    for (int round = 0; round < rounds; ++round) {
         const double start = thread_seconds();
-        std::size_t shaded = 0;
+        result.radiance.clear();
         for (std::size_t k = 0; k < vertices; ++k) {
-            const double place = double(k) * 0.6180339887498949;  // distributed evenly by the golden ratio
-            const auto row = static_cast<std::size_t>((place - std::floor(place)) * double(rows.count()));
-            const InstanceVertex at = rows[row];
+            // Runs of neighbours, as in a bake, distributed evenly by the golden ratio.
+            const double place = double(k / run) * 0.6180339887498949;
+            const auto first =
+                static_cast<std::size_t>((place - std::floor(place)) * double(rows.count() - run));
+            const InstanceVertex at = rows[first + k % run];
             if (rows.is_buried(at)) continue;
-            if (vertex.look_from(at)) vertex.radiance(light, settings.depth);
-            ++shaded;
+            result.radiance.push_back(vertex.look_from(at) ? vertex.radiance(light, settings.depth)
+                                                           : Rgb(0.0f));
         }
-        least = std::min(least, 1e6 * (thread_seconds() - start) / double(shaded));
+        result.microseconds =
+            std::min(result.microseconds, 1e6 * (thread_seconds() - start) / double(result.radiance.size()));
     }
-    return least;
+    return result;
+}
+
+/// Returns the relative RMS difference.
+double relative_error(std::span<const Rgb> found, std::span<const Rgb> exact) {
+    double squares = 0, sum = 0;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+        squares += double((found[k] - exact[k]).length2());
+        sum += double(exact[k].length2());
+    }
+    return std::sqrt(squares / sum);
 }
 
 }  // namespace
@@ -84,8 +103,8 @@ void study_crowd(std::size_t vertices) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     double few[2] = {};
-    fmt::print("{:<44} {:>12} {:>18} {:>18} {:>14} {:>10}\n", "us a vertex, one thread", "instances",
-               "fields", "auto", "precompute s", "MB");
+    fmt::print("{:<44} {:>12} {:>18} {:>18} {:>16} {:>10}\n", "us a vertex, one thread", "instances",
+               "fields", "auto", "errors", "MB");
     const std::pair<const char*, Scene> scenes[] = {
         {"table and chairs", shipped},
         {"chairs on a floor of 40 m", crowd(shipped, 10, 20, false)},
@@ -95,14 +114,16 @@ void study_crowd(std::size_t vertices) {
         const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
         const ShadedScene scene =
             shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
-        const double times[2] = {vertex_microseconds(scene, Occlusion::fields, vertices),
-                                 vertex_microseconds(scene, Occlusion::automatic, vertices)};
+        const Shaded found[2] = {shaded_vertices(scene, Occlusion::fields, vertices),
+                                 shaded_vertices(scene, Occlusion::automatic, vertices)};
+        const std::vector<Rgb> exact = shaded_vertices(scene, Occlusion::exact, vertices, 1).radiance;
+        const double times[2] = {found[0].microseconds, found[1].microseconds};
         if (few[0] == 0) std::copy_n(times, 2, few);
-        double seconds = 0;
-        for (const auto& entity : entities.entities) seconds += entity->mesh_seconds + entity->field_seconds;
-        fmt::print("{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x) {:>14.1f} {:>10.0f}\n", name,
-                   scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1], seconds,
-                   resident_megabytes());
+        fmt::print(
+            "{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x) {:>7.2f}% {:>6.2f}% {:>10.0f}\n", name,
+            scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1],
+            100 * relative_error(found[0].radiance, exact), 100 * relative_error(found[1].radiance, exact),
+            resident_megabytes());
     }
 }
 
