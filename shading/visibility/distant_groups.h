@@ -8,9 +8,10 @@
 
 namespace haarfield {
 
-/// Divides space into nested cubes. A cube's instances are those that are distant from it, relative to its
-/// edge, and not distant from the cube around it, which is twice as large. All points of the smallest cube use
-/// the product of the impostors of these instances, each seen from the centre of its cube.
+/// Divides space into nested cubes. The group of a cube are the instances that are distant from it, relative
+/// to its edge, but not distant from the cube around it, which is twice as large. All points of a smallest
+/// cube use the product of the impostors of the groups of all cubes around them, each seen from its cube's
+/// centre.
 ///
 /// Cubes are made when a point asks for them, and a limited number of each size is kept. What a point gets
 /// depends on its position and on the placed instances alone. For one thread.

@@ -15,10 +15,10 @@ namespace haarfield {
 /// Instances that are evaluated exactly become cones if they have few triangles. Otherwise all of them are
 /// rasterized into one cubemap. With Occlusion::automatic at most eight are rasterized: those that are
 /// nearest, relative to the distance within which they are exact. This bounds the cost in a crowd. The same
-/// mode rasterizes simplifications of those that are far enough away (occluder_for). Distant
-/// instances multiply the same cubemap by their impostors. Among 16 instances or more, impostors replace all
-/// but the nearest, and groups of distant ones have a tree of their own (DistantGroups). Instances that are out of reach, or below the vertex's horizon, cost
-/// only a lookup.
+/// mode rasterizes simplifications of those that are far enough away (occluder_for). Distant instances
+/// multiply the same cubemap by their impostors. Among 16 instances or more, impostors replace all but the
+/// nearest, and groups of distant ones have a tree of their own (DistantGroups). Instances that are out of
+/// reach, or below the vertex's horizon, cost only a lookup.
 ///
 /// The instances must stay in place. Reuses its memory: allocates little per vertex once it has grown.
 class VertexVisibility {
