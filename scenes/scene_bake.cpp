@@ -21,7 +21,7 @@ const std::map<std::string, RenderPass> render_pass_of{
     {"irradiance", RenderPass::irradiance}, {"occlusion", RenderPass::occlusion},
     {"own-shadow", RenderPass::own_shadow}, {"indirect", RenderPass::indirect}};
 
-/// Shades the vertices of fine meshes.
+/// Shades the vertices of fine meshes, except by rays.
 ///
 /// indirect  receives the scene's indirect light, if there are bounces.
 Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
@@ -30,9 +30,7 @@ Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
         HF_TRY(baked.fine, bounced_radiance(direct, indirect, progress));
         return Done{};
     }
-    HF_TRY(baked.fine, options.evaluator == Evaluator::rays
-                           ? ray_scene_radiance(direct.scene, options.samples, progress, direct.sharing)
-                           : dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing));
+    HF_TRY(baked.fine, dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing));
     if (direct.settings.bounces.most == 0) return Done{};
     HF_TRY(indirect, scene_indirect_light(direct, progress));
     PointShading lit = direct;
@@ -240,19 +238,30 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
                                const RenderSettings& settings, const BakeOptions& options,
                                const Progress& progress, const PointSharing* sharing,
                                std::span<const std::optional<MeshPoint>> pixels) {
+    BakedScene baked;
+    const bool by_rays = options.evaluator == Evaluator::rays;
+    if (by_rays) {
+        HF_TRY(baked.fine,
+               ray_scene_radiance(shaded, {options.samples, settings.bounces.most}, progress, sharing));
+        if (options.passes.empty()) {  // nothing else is needed
+            if (!is_partial(sharing))
+                baked.instances =
+                    layered_instances(scene, entities, shaded_meshes(entities, baked), baked.layered);
+            return baked;
+        }
+    }
     HF_TRY(const ShadingGeometry geometry, shading_geometry(shaded, settings, progress));
     const SceneLight light = scene_light(shaded, settings, progress.stop);
     PointShading shading{shaded, geometry, light, settings, nullptr, nullptr, sharing};
-    BakedScene baked;
     std::optional<IndirectLight> indirect;
     const bool is_fine = !options.error && !options.refine && options.colours == BakedColours::sampled;
     if (options.error) {
         shading.sharing = nullptr;
         HF_TRY_DONE(search(shading, scene, entities, options, pixels, indirect, progress, baked));
-    } else if (is_fine) {
+    } else if (is_fine && !by_rays) {
         HF_TRY_DONE(shade_fine(shading, options, indirect, progress, baked));
         if (settings.bounces.most > 0 && is_partial(sharing)) return baked;
-    } else if (settings.bounces.most > 0) {
+    } else if (!by_rays && settings.bounces.most > 0) {
         HF_TRY(indirect, scene_indirect_light(shading, progress));
     }
     if (indirect) {

@@ -9,11 +9,11 @@
 
 namespace haarfield {
 
-/// The method of integrating direct light. Indirect light is the same for all methods.
+/// The method of integrating light.
 enum class Evaluator {
     tree,   ///< Wavelet product integrals.
-    dense,  ///< Plain sums over texels, slow.
-    rays,   ///< Monte Carlo integration.
+    dense,  ///< Plain sums over texels, slow. Indirect light is that of `tree`.
+    rays,   ///< Monte Carlo integration, with indirect light by paths.
 };
 
 /// The method of computing the colours of vertices.
@@ -32,7 +32,7 @@ struct BakeOptions {
     std::optional<std::size_t> vertex_budget;  ///< None: usual_vertex_budget; with `error` search_budget.
     BakedColours colours = BakedColours::sampled;
     std::vector<std::string> passes;  ///< Members of pass_names.
-    std::uint32_t samples = 1024;     ///< Samples per vertex, for Evaluator::rays.
+    std::uint32_t samples = 1024;     ///< RaySettings::samples, for Evaluator::rays.
 };
 
 /// Returns the names of all passes: diffuse, indirect, irradiance, occlusion, own-shadow, specular.

@@ -112,7 +112,8 @@ TEST(Bounces, BowlUnderAUniformSkyHasItsClosedForm) {
 
 TEST(Bounces, AgreeWithPathTracing) {
     Bouncing bowl(bowl_mesh(48), matte(0.8f));
-    const PathTracer tracer(bowl.scene, bowl.surface(), bowl.geometry().rays);
+    const RayScene rays(bowl.scene);
+    const PathTracer tracer(rays, bowl.surface());
     const EntityOcclusion& occlusion = *bowl.scene.entities[0].occlusion;
     const Mesh& mesh = *bowl.scene.entities[0].mesh;
     double mean = 0;
@@ -135,7 +136,8 @@ TEST(Bounces, PathsInAnEmittingFurnaceHaveTheClosedForm) {
     for (const auto& [a, b, c] : walls.triangles)
         furnace.scene.entities[0].emitters.push_back(
             {{walls.positions[a], walls.positions[b], walls.positions[c]}, Rgb(2.0f)});
-    const PathTracer tracer(furnace.scene, furnace.surface(), furnace.geometry().rays);
+    const RayScene rays(furnace.scene);
+    const PathTracer tracer(rays, furnace.surface());
     double mean = 0;
     constexpr std::uint32_t points = 40;
     for (std::uint32_t v = 0; v < points; ++v) {
@@ -156,7 +158,8 @@ TEST(Bounces, VerticesInsideOtherInstancesReflectNoBlack) {
     const SceneLight light = scene_light(room.scene.environment, bouncing());
     const RenderSettings settings = bouncing();
     const IndirectLight indirect = *scene_indirect_light({room.scene, room.geometry(), light, settings});
-    const PathTracer tracer(room.scene, room.surface(), room.geometry().rays);
+    const RayScene rays(room.scene);
+    const PathTracer tracer(rays, room.surface());
     const ShadedEntity& entity = room.scene.entities[box];
     double found = 0, wanted = 0;
     for (std::uint32_t v = 0; v < entity.mesh->positions.size(); ++v) {

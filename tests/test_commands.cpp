@@ -662,6 +662,43 @@ TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
     EXPECT_NE(text_of(folder_ / "tree/room_Box.inc"), text_of(folder_ / "dense/room_Box.inc"));
 }
 
+TEST_F(Commands, RaysNeedNoFieldsAndHaveTheBouncesThatAreAskedFor) {
+    write_scene();
+    const auto mean = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments{"bake", "room.toml",   "-o",       "out",         "--format",
+                                           "csv",  "--no-render", "--report", "report.json", "--error",
+                                           "off",  "--face-size", "16"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        std::istringstream table(text_of(folder_ / "out/room.csv"));
+        std::string line;
+        std::getline(table, line);
+        double sum = 0;
+        int vertices = 0;
+        for (; std::getline(table, line); ++vertices) {
+            std::istringstream cells(line);
+            std::string cell;
+            for (int c = 0; c <= 8; ++c) std::getline(cells, cell, ',');
+            sum += std::stod(cell);
+        }
+        return sum / vertices;
+    };
+    const std::vector<std::string> rays{"--evaluator", "rays", "--samples", "1024"};
+    const auto by_rays = [&](const std::string& bounces) {
+        std::vector<std::string> arguments = rays;
+        if (!bounces.empty()) arguments.insert(arguments.end(), {"--bounces", bounces});
+        return mean(arguments);
+    };
+    const double none = by_rays("0"), one = by_rays("1"), all = by_rays("");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/fields"));
+    EXPECT_TRUE(report("report.json").at("fields").empty());
+    EXPECT_LT(none, 0.99 * one);
+    EXPECT_LT(one, all);
+    EXPECT_NEAR(none / mean({"--bounces", "0"}), 1, 0.03);
+    EXPECT_NEAR(all / mean({}), 1, 0.03);
+}
+
 TEST_F(Commands, TheCameraIsPlacedIfTheSceneHasNoneOrOnRequest) {
     write_scene();
     const auto camera_of = [&](std::vector<std::string> arguments) {

@@ -6,6 +6,9 @@
 #include <cmath>
 
 #include "shading/bake/bounced_radiance.h"
+#include "shading/bake/path_tracer.h"
+#include "shading/bake/ray_renderer.h"
+#include "shading/bake/scrambled_sobol.h"
 #include "tests/fixtures/lit_box.h"
 #include "tests/fixtures/with_threads.h"
 
@@ -138,8 +141,7 @@ TEST(ErrorTarget, IsReachedAndNotExceededByFar) {
         const std::vector<DisplayedPoint> points = floor_points(lit, 1500);
         const std::vector<InstancePoint> at = surface_points(lit, points);
         const RayScene rays(lit.example.scene);
-        const PathTracer paths(lit.example.scene, *bake.indirect->surface, lit.geometry.rays,
-                               lit.settings.sources);
+        const PathTracer paths(rays, *bake.indirect->surface);
         const RadiantMesh& floor = bake.meshes[LitBox::floor];
         double error = 0, all = 0;
         for (std::size_t k = 0; k < at.size(); ++k) {

@@ -107,7 +107,7 @@ TEST(Finish, BakedPicturesEqualPovraysOwn) {
         const Image reference = picture(files->scene, camera);
         for (const auto& [renderer, radiance] :
              {std::pair{"dense", example.dense()}, std::pair{"tree", example.radiance()},
-              std::pair{"rays", total(*ray_scene_radiance(example.scene, 1024))}}) {
+              std::pair{"rays", total(*ray_scene_radiance(example.scene, {1024}))}}) {
             const BakedInstance baked_ball{"ball", &mesh, {}, radiance[0]};
             const Result<BakedFiles> baked =
                 write_baked_scene(folder.path(), "baked", camera, {&baked_ball, 1}, {});

@@ -92,7 +92,7 @@ TEST(PlacedSolids, VerticesInsideThemHaveTheRadianceOfTheirNeighbours) {
     expect_filled(total(bake)[0], "bake");
     expect_filled(diffuse_component(bake)[0], "diffuse component");
     expect_filled(total(*dense_scene_radiance(example.scene, example.settings()))[0], "dense");
-    expect_filled(total(*ray_scene_radiance(example.scene, 64))[0], "rays");
+    expect_filled(total(*ray_scene_radiance(example.scene, {64}))[0], "rays");
     expect_filled(total({(*mesh_radiance(shading, meshes))[0].radiance})[0], "mesh");
     const LocalSamples& of_floor = example.scene.entities[0].occlusion->samples();
     const LocalSamples& of_box = example.scene.entities[1].occlusion->samples();

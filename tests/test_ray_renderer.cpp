@@ -3,7 +3,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <random>
+
+#include "shading/bake/render_passes.h"
 #include "shading/bake/scrambled_sobol.h"
+#include "shading/bounces/cosine_directions.h"
+#include "shading/bounces/fine_surface.h"
 #include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
@@ -25,7 +30,7 @@ TEST(RayRenderer, FurnaceGivesTheAlbedo) {
     example.scene.instances = {
         {example.add_entity(sphere_mesh({0, 0, 0}, 1, 6), matte(0.6f)), {{3, 1, 2}, 2}}};
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
-    const SceneColours radiance = total(*ray_scene_radiance(example.scene, 4096));
+    const SceneColours radiance = total(*ray_scene_radiance(example.scene, {4096}));
     for (const Rgb& r : radiance[0])
         for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(r[channel], 0.6, 0.002);
 }
@@ -190,9 +195,178 @@ TEST(RayRenderer, IsTheSameForAnyNumberOfThreads) {
     const Boxes boxes;
     const auto radiance = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        return total(*ray_scene_radiance(boxes.scene, 48));
+        return total(*ray_scene_radiance(boxes.scene, {48, any_bounces}));
     };
     EXPECT_EQ(radiance(1), radiance(3));
+}
+
+/// A closed room of equal walls, in darkness.
+struct ClosedRoom : ExampleScene {
+    explicit ClosedRoom(const Material& material, const Mesh& mesh = box_mesh({-1, -1, -1}, {1, 1, 1}, 3)) {
+        Mesh walls = mesh;
+        for (Vec3f& normal : walls.normals) normal = -normal;
+        for (auto& triangle : walls.triangles) std::swap(triangle[1], triangle[2]);
+        scene.instances = {{add_entity(walls, material), {{1, 2, 3}, 1.5f}}};
+        scene.environment = environment([](const Vec3d&) { return 0.0; }, 16);
+    }
+    /// All walls emit light.
+    void light_walls(const Rgb& radiance) {
+        ShadedEntity& entity = scene.entities[0];
+        for (const auto& [a, b, c] : entity.mesh->triangles)
+            entity.emitters.push_back(
+                {{entity.mesh->positions[a], entity.mesh->positions[b], entity.mesh->positions[c]},
+                 radiance});
+    }
+    /// Returns the mean radiance.
+    double mean(const RaySettings& settings) const {
+        double sum = 0;
+        const SceneColours radiance = total(*ray_scene_radiance(scene, settings));
+        for (const Rgb& each : radiance[0]) sum += double(each.x) / double(radiance[0].size());
+        return sum;
+    }
+};
+
+TEST(RayRenderer, AWhiteRoomHasTheSeriesOfItsBounces) {
+    for (const double albedo : {0.3, 0.8}) {
+        ClosedRoom room(matte(float(albedo)));
+        room.light_walls(Rgb(2.0f));
+        double wanted = 0, last = 2;
+        for (const int bounces : {0, 1, 2}) {
+            wanted += last *= albedo;
+            EXPECT_NEAR(room.mean({1024, bounces}) / wanted, 1, 0.01) << albedo << ", " << bounces;
+        }
+        EXPECT_NEAR(room.mean({1024, any_bounces}) * (1 - albedo) / (2 * albedo), 1, 0.01) << albedo;
+    }
+}
+
+TEST(RayRenderer, ImagesTintWhatSurfacesReflectAndNotWhatVerticesReceive) {
+    ClosedRoom room(matte(0.8f));
+    room.light_walls(Rgb(1.0f));
+    const std::vector<Rgb> tints(room.scene.entities[0].mesh->positions.size(), Rgb(0.5f));
+    room.scene.entities[0].tints = tints;
+    EXPECT_NEAR(room.mean({1024, any_bounces}) / (0.8 * (1 + 0.4 / (1 - 0.4))), 1, 0.01);
+}
+
+TEST(RayRenderer, ALampLightsAClosedSphereByTheSeriesOfItsBounces) {
+    ClosedRoom room(matte(0.6f), sphere_mesh({0, 0, 0}, 1, 24));
+    Lamp lamp;
+    lamp.position = {1, 2, 3};
+    room.scene.lamps = {lamp};
+    EXPECT_NEAR(room.mean({16, 0}) / 0.6, 1, 0.01);
+    EXPECT_NEAR(room.mean({1024, any_bounces}) / (0.6 / (1 - 0.6)), 1, 0.01);
+}
+
+TEST(RayRenderer, AGlossyWallReflectsTheRoom) {
+    Material lacquer = glossy(20, LobeConvention::physical);
+    lacquer.diffuse = Rgb(0.5f);
+    lacquer.specular = Rgb(0.4f);
+    ClosedRoom room(lacquer);
+    room.light_walls(Rgb(1.0f));
+    room.scene.eye = {1, 2, 3};
+    // Light of radiance L from all sides: the lobe reflects as much of it as of the walls' own light. Only
+    // diffuse reflections are reflected further: L = 0.5 + 0.25 + ... = 1.
+    const SceneRadiance direct = *ray_scene_radiance(room.scene, {1 << 12}),
+                        all = *ray_scene_radiance(room.scene, {1 << 12, any_bounces});
+    double by_walls = 0, by_room = 0;
+    for (std::size_t v = 0; v < direct[0].size(); ++v) {
+        by_walls += double(direct[0][v].specular.x);
+        by_room += double(all[0][v].specular.x - direct[0][v].specular.x);
+    }
+    EXPECT_GT(by_walls, 0.05 * double(direct[0].size()));
+    EXPECT_NEAR(by_room / by_walls, 1, 0.01);
+}
+
+TEST(RayRenderer, PathsAgreeWithPathsOfSingleRaysInDistantLight) {
+    const Boxes boxes;
+    const RayScene rays(boxes.scene);
+    const FineSurface surface(boxes.scene);
+    const RayShader shader(boxes.scene, {1 << 14, any_bounces});
+    std::mt19937 random(7);
+    const auto number = [&] { return float(random() >> 8) / float(1 << 24); };
+    const auto place = [&] {
+        const float x = number();
+        return Vec2f(x, number());
+    };
+    // The light of single rays: no technique but the cosine, except for the small sun.
+    double found = 0, wanted = 0;
+    constexpr int paths = 40000;
+    for (const std::uint32_t v : {6u, 7u, 12u, 17u}) {
+        const ShadingPoint start = shading_point(boxes.scene, boxes.scene.instances[0], v);
+        found += double(shader.indirect_radiance(0, v, boxes.scene.entities[0].materials[0]).diffuse.x);
+        for (int path = 0; path < paths; ++path) {
+            Vec3f from = start.from;
+            Vec3f direction = cosine_direction(place(), start.brdf.normal, axes_across(start.brdf.normal));
+            double carried = 0.6;
+            for (;;) {
+                const std::optional<SurfaceHit> hit = surface.first_hit(boxes.scene, from, direction);
+                if (!hit || hit->is_back) break;
+                const ShadedEntity& entity =
+                    boxes.scene.entities[boxes.scene.instances[hit->instance].entity];
+                const auto& [a, b, c] = entity.mesh->triangles[hit->triangle];
+                const std::vector<Vec3f>& at = entity.mesh->positions;
+                const Vec3f normal = (at[b] - at[a]).cross(at[c] - at[a]).normalized();
+                from += direction * hit->distance + normal * 1e-4f;
+                const double albedo = double(entity.materials[entity.mesh->vertex_materials[a]].diffuse.x);
+                const LightSample light = rays.environment.sample({double(number()), double(number())});
+                const double cosine = double(normal.dot(light.direction));
+                if (cosine > 0 && !rays.rays.is_blocked(from, light.direction))
+                    wanted +=
+                        carried * albedo / pi * cosine * double(light.radiance.x) / light.density / paths;
+                carried *= albedo;
+                direction = cosine_direction(place(), normal, axes_across(normal));
+            }
+        }
+    }
+    EXPECT_GT(found, 0.05);
+    EXPECT_NEAR(found / wanted, 1, 0.02);
+}
+
+TEST(RayRenderer, PassesOfRaysHaveIndirectLight) {
+    ClosedRoom room(matte(0.5f));
+    room.light_walls(Rgb(1.0f));
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    settings.bounces.most = any_bounces;
+    const ShadingGeometry geometry = *shading_geometry(room.scene, settings);
+    const SceneLight light = scene_light(room.scene, settings);
+    const PointShading shading{room.scene, geometry, light, settings};
+    const SceneRadiance full = *ray_scene_radiance(room.scene, {4096, any_bounces});
+    const std::vector<std::span<const Outgoing>> spans(full.begin(), full.end());
+    const RenderPass wanted[] = {RenderPass::indirect, RenderPass::irradiance};
+    const std::vector<SceneRadiance> passes =
+        *render_passes({shading, {}, false, false, 4096}, spans, wanted);
+    double indirect = 0, irradiance = 0;
+    for (const Outgoing& value : passes[0][0])
+        indirect += double(value.diffuse.x) / double(passes[0][0].size());
+    for (const Outgoing& value : passes[1][0])
+        irradiance += double(value.diffuse.x) / double(passes[1][0].size());
+    EXPECT_NEAR(indirect, 0.5, 0.005);
+    EXPECT_NEAR(irradiance, 2 * pi, 0.02 * pi) << "the walls reflect half of the light, white paint all";
+}
+
+TEST(ScrambledSobol, SortedPointsAreTheSameOnesNextToEachOther) {
+    const ScrambledSobol points(5);
+    std::vector<std::array<double, 2>> sorted = sorted_points(points, 256), plain;
+    for (std::uint32_t i = 0; i < 256; ++i) plain.push_back(points(i));
+    double steps = 0;
+    for (std::size_t i = 1; i < sorted.size(); ++i)
+        steps += std::hypot(sorted[i][0] - sorted[i - 1][0], sorted[i][1] - sorted[i - 1][1]) / 255;
+    EXPECT_LT(steps, 0.15) << "0.52 in random order";
+    std::ranges::sort(sorted);
+    std::ranges::sort(plain);
+    EXPECT_EQ(sorted, plain);
+}
+
+TEST(ScrambledSobol, ShuffledRunsAreRuns) {
+    for (const std::uint32_t run : {4u, 64u, 1024u})
+        for (const std::uint32_t first : {0u, run, 5 * run}) {
+            std::vector<std::uint32_t> found;
+            for (std::uint32_t i = 0; i < run; ++i) found.push_back(shuffled(first + i, 99));
+            std::ranges::sort(found);
+            EXPECT_EQ(found.front() % run, 0u);
+            EXPECT_EQ(found.back() - found.front(), run - 1);
+            EXPECT_EQ(std::ranges::adjacent_find(found), found.end());
+        }
 }
 
 TEST(ScrambledSobol, EachRunOfAPowerOfTwoFillsAllStrips) {

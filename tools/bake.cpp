@@ -171,6 +171,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     apply_bounces(scene, render.shading.bounces);
     HF_TRY(Environment environment, opened_environment(scene, context));
     if (render.bake.error) render.entities.fields = search_fields(scene, render.shading.occlusion);
+    if (render.bake.evaluator == Evaluator::rays) render.entities.fields = FieldExtent::none;
     HF_TRY(const SceneEntities entities,
            opened_entities(render.bake.error ? search_start(scene) : scene, render, output, context));
     HF_TRY_DONE(place_camera(scene, entities, options.scene, context));

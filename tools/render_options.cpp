@@ -224,13 +224,13 @@ std::vector<RenderOption> table() {
         {"depth", Set::depth, speed_group, "D", "Levels of the trees; fewer are faster and coarser", ""},
         {0, full_depth}, [](auto& c) -> auto& { return c.shading.depth; }));
     add(choice(
-        {"evaluator", Set::bake, speed_group, "", "How direct light is integrated",
-         "`tree`: wavelet product integrals. `dense`: plain sums over texels, slow. `rays`: samples "
-         "of the environment and the BRDF, without fields. All add the same indirect light."},
+        {"evaluator", Set::bake, speed_group, "", "How light is integrated",
+         "`tree`: wavelet product integrals. `dense`: plain sums over texels, slow; indirect light as with "
+         "`tree`. `rays`: Monte Carlo integration by rays and paths, without fields."},
         {"tree", "dense", "rays"}, [](auto& c) -> auto& { return c.bake.evaluator; }));
     add(number(
         {"samples", Set::bake, speed_group, "N", "Samples per vertex with `--evaluator rays`",
-         "More samples are slower and less noisy."},
+         "More samples are slower and less noisy. Indirect light has a quarter as many paths."},
         {1, 1e8}, [](auto& c) -> auto& { return c.bake.samples; }));
 
     return rows;

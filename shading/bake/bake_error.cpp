@@ -10,6 +10,8 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bake/bounced_radiance.h"
+#include "shading/bake/path_tracer.h"
+#include "shading/bake/ray_renderer.h"
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/visibility/placed_solids.h"
 
@@ -247,8 +249,7 @@ struct BakeErrorMeter::State {
     /// Compares the indirect light of the first points with paths, as many as their noise requires.
     Result<Pairs> indirect_errors(std::span<const ShadedPoint> points, double accuracy,
                                   std::span<const double> weights, const Progress& progress) const {
-        const PathTracer paths(shading.scene, *shading.indirect->surface, shading.geometry.rays,
-                               shading.settings.sources);
+        const PathTracer paths(*rays, *shading.indirect->surface);
         const std::size_t traced = weights.size();
         const auto indirect_error = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
             const ShadedPoint& point = points[k];

@@ -2,8 +2,6 @@
 /// The error of a bake over the pixels of a picture, or over its surfaces, with its causes.
 
 #include "shading/bake/mesh_refinement.h"
-#include "shading/bake/path_tracer.h"
-#include "shading/bake/ray_renderer.h"
 
 namespace haarfield {
 

@@ -114,7 +114,8 @@ Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context,
                          const Progress& progress) {
     const PointShading direct{scene, context.geometry, context.baked_light, context.settings};
     HF_TRY(const IndirectLight indirect, scene_indirect_light(direct, progress));
-    const PathTracer tracer(scene, *indirect.surface, context.geometry.rays, context.settings.sources);
+    const RayScene rays(scene);
+    const PathTracer tracer(rays, *indirect.surface);
     struct Bounced {
         Rgb found{0.0f}, exact{0.0f}, deviation{0.0f};
     };

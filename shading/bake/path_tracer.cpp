@@ -1,16 +1,30 @@
 #include "shading/bake/path_tracer.h"
 
+#include <algorithm>
+
 #include "shading/bake/lamp_light.h"
-#include "shading/bake/scrambled_sobol.h"
+#include "shading/bake/shadow_batch.h"
 #include "shading/bounces/cosine_directions.h"
 #include "shading/bounces/lobe_rays.h"
 
 namespace haarfield {
+namespace {
 
-PathTracer::PathVertex PathTracer::path_vertex(const ShadedScene& scene, const SurfaceHit& hit,
-                                               const Vec3f& position) {
-    const ShadedInstance& instance = scene.instances[hit.instance];
-    const ShadedEntity& entity = scene.entities[instance.entity];
+constexpr std::size_t packet = FineSurface::packet;
+constexpr std::uint32_t batch_paths = 1024;  ///< Paths that advance together.
+constexpr std::uint32_t lobe_share = 4;      ///< Paths of the diffuse component for each of a lobe.
+constexpr float over_pi = static_cast<float>(1 / pi);
+
+Vec2f as_place(const std::array<double, 2>& point) {
+    // Rounding must not reach 1.
+    return Vec2f(std::min(float(point[0]), 0.99999994f), std::min(float(point[1]), 0.99999994f));
+}
+
+}  // namespace
+
+PathTracer::PathVertex PathTracer::path_vertex(const SurfaceHit& hit, const Vec3f& position) const {
+    const ShadedInstance& instance = rays_.scene.instances[hit.instance];
+    const ShadedEntity& entity = rays_.scene.entities[instance.entity];
     const Mesh& mesh = *entity.mesh;
     const std::array<std::uint32_t, 3>& corners = mesh.triangles[hit.triangle];
     const std::array<float, 3> weights = hit.weights();
@@ -25,110 +39,202 @@ PathTracer::PathVertex PathTracer::path_vertex(const ShadedScene& scene, const S
     const Vec3f outwards = (mesh.positions[corners[1]] - mesh.positions[corners[0]])
                                .cross(mesh.positions[corners[2]] - mesh.positions[corners[0]])
                                .normalized();
-    const float offset =
-        surface_offset * instance.placement.scale * entity.occlusion->coarse().bounds().radius();
-    return {position + instance.placement.direction_to_world(outwards) * offset,
-            instance.placement.direction_to_world(normal.normalized()),
-            reflectance * static_cast<float>(1 / pi)};
+    return {position + instance.placement.direction_to_world(outwards) * offsets_[hit.instance],
+            instance.placement.direction_to_world(normal.normalized()), reflectance * over_pi};
 }
 
-PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, const ShadowRays& rays,
-                       const SourceRule& sources)
-    : scene_(scene),
-      surface_(surface),
-      rays_(rays),
-      lamps_(placed_lamps(scene.lamps)),
-      emitters_(scene_emitters(scene).triangles) {
-    SplitLight split = split_light(scene.environment, sources);
-    smooth_ = std::move(split.smooth);
-    sources_ = SourceChoice(split.sources);
+PathTracer::PathTracer(const RayScene& rays, const FineSurface& surface) : rays_(rays), surface_(surface) {
+    for (const ShadedInstance& instance : rays.scene.instances)
+        offsets_.push_back(surface_offset * instance.placement.scale *
+                           rays.scene.entities[instance.entity].occlusion->coarse().bounds().radius());
 }
 
-Rgb PathTracer::light_of_lamps(const PathVertex& at) const {
-    Outgoing radiance;
-    ShadingPoint receiver;
-    receiver.from = receiver.position = at.from;
-    receiver.brdf.normal = receiver.brdf.mirror = at.normal;
-    receiver.brdf.diffuse = at.reflectance;
-    add_lamp_light(rays_, lamps_, {&receiver, 1}, {&radiance, 1});
-    return radiance.diffuse;
-}
+/// The paths of one point.
+class PathTracer::PathBatch {
+public:
+    PathBatch(const PathTracer& tracer, const PathSamples& samples, std::span<Rgb> radiance)
+        : tracer_(tracer),
+          rays_(tracer.rays_),
+          samples_(samples),
+          radiance_(radiance),
+          shadows_(tracer.rays_.rays, Add{radiance}) {}
 
-Rgb PathTracer::light_of_sources(const PathVertex& at, Numbers& number) const {
-    if (sources_.empty()) return Rgb(0.0f);
-    const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
-    const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
-    if (!(cosine > 0) || rays_.is_blocked(at.from, chosen->light.direction)) return Rgb(0.0f);
-    return at.reflectance * chosen->light.irradiance * (cosine / float(chosen->chance));
-}
-
-bool PathTracer::is_blocked(const Vec3f& from, const LightSample& light) const {
-    return rays_.is_blocked_from(from, from + light.direction * light.distance);
-}
-
-Rgb PathTracer::light_of_emitters(const PathVertex& at, Numbers& number) const {
-    if (emitters_.is_black()) return Rgb(0.0f);
-    const double x = double(number());
-    const std::optional<LightSample> light = emitters_.sample(at.from, {x, double(number())});
-    const float cosine = light ? at.normal.dot(light->direction) : 0.0f;
-    if (!(cosine > 0) || is_blocked(at.from, *light)) return Rgb(0.0f);
-    return at.reflectance * light->radiance * float(double(cosine) / (light->density + double(cosine) / pi));
-}
-
-Rgb PathTracer::radiance_by_direction(const PathVertex& at, const Vec3f& direction) const {
-    if (emitters_.is_black()) return Rgb(0.0f);
-    const float cosine = at.normal.dot(direction);
-    const std::optional<LightSample> light = emitters_.look_up(at.from, direction);
-    if (!(cosine > 0) || !light || is_blocked(at.from, *light)) return Rgb(0.0f);
-    const double density = double(cosine) / pi;
-    return light->radiance * float(density / (density + light->density));
-}
-
-Rgb PathTracer::radiance_along(const Vec3f& from, const Vec3f& first_direction, Numbers& number) const {
-    Rgb found(0.0f), carried(1.0f);
-    PathVertex at{from, first_direction, Rgb(0.0f)};
-    Vec3f direction = first_direction;
-    for (bool is_first = true;; is_first = false) {
-        const std::optional<SurfaceHit> hit = surface_.first_hit(scene_, at.from, direction);
-        if (!hit) {
-            if (!is_first) found += carried * radiance_from(smooth_, Vec3d(direction));
-            break;
+    void operator()(const Vec3f& from, std::span<const PathStart> starts, int bounces) {
+        for (std::uint32_t i = 0; i < starts.size(); ++i)
+            paths_.push_back({from, starts[i].direction, Rgb(1.0f), 0, i, starts[i].path});
+        for (int reflection = 0; !paths_.empty(); ++reflection) {
+            find_vertices(reflection, reflection < bounces);
+            add_lamps();
+            paths_.clear();
+            for (const Met& met : met_) {
+                const ReflectionSample sample =
+                    samples_.reflection(met.path.number, std::uint32_t(reflection));
+                add_sampled_light(met, sample);
+                reflect(met, sample);
+            }
+            shadows_.trace();
         }
-        if (hit->is_back) break;
-        at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
-        found +=
-            carried * (light_of_lamps(at) + light_of_sources(at, number) + light_of_emitters(at, number));
-        carried *= at.reflectance * static_cast<float>(pi);
-        const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}));
-        if (!(number() < chance)) break;
-        carried /= chance;
-        const float x = number();
-        direction = cosine_direction(Vec2f(x, number()), at.normal, axes_across(at.normal));
-        found += carried * radiance_by_direction(at, direction);
     }
-    return found;
+
+private:
+    /// A ray of a path.
+    struct Path {
+        Vec3f from, direction;
+        Rgb carried;           ///< Factor of the radiance along the ray.
+        float density;         ///< Of the direction. [1/sr]
+        std::uint32_t start;   ///< Index in the result.
+        std::uint32_t number;  ///< In the samples.
+    };
+
+    /// A surface that a path has met.
+    struct Met {
+        Path path;
+        PathVertex at;
+    };
+
+    /// The light of an unblocked shadow ray.
+    struct Light {
+        std::uint32_t start;
+        Rgb radiance;
+    };
+    struct Add {
+        std::span<Rgb> radiance;
+        void operator()(const Light& light) const { radiance[light.start] += light.radiance; }
+    };
+
+    /// Finds the surfaces that paths meet. Paths that leave the scene get the light from there.
+    ///
+    /// continues  false: surfaces end the paths.
+    void find_vertices(int reflection, bool continues) {
+        met_.clear();
+        std::array<Vec3f, packet> directions;
+        FineSurface::Hits hits;
+        for (std::size_t first = 0; first < paths_.size(); first += packet) {
+            const std::size_t count = std::min(packet, paths_.size() - first);
+            if (reflection == 0) {
+                for (std::size_t i = 0; i < count; ++i) directions[i] = paths_[first + i].direction;
+                hits = tracer_.surface_.first_hits(rays_.scene, paths_[first].from,
+                                                   std::span(directions).first(count));
+            } else {
+                for (std::size_t i = 0; i < count; ++i)
+                    hits[i] = tracer_.surface_.first_hit(rays_.scene, paths_[first + i].from,
+                                                         paths_[first + i].direction);
+            }
+            for (std::size_t i = 0; i < count; ++i) {
+                const Path& path = paths_[first + i];
+                const std::optional<SurfaceHit>& hit = hits[i];
+                // The light that the first rays find is direct.
+                if (!hit && reflection > 0) add_distant_light(path);
+                if (hit && !hit->is_back && continues)
+                    met_.push_back(
+                        {path, tracer_.path_vertex(*hit, path.from + path.direction * hit->distance)});
+            }
+        }
+    }
+
+    void add_distant_light(const Path& path) {
+        if (rays_.environment.is_black()) return;
+        Rgb radiance;
+        double density = 0;
+        rays_.environment.look_up(path.direction, radiance, density);
+        radiance_[path.start] += path.carried * radiance * (path.density / (path.density + float(density)));
+    }
+
+    void add_lamps() {
+        if (rays_.lamps.empty()) return;
+        for (std::size_t first = 0; first < met_.size(); first += packet) {
+            const std::size_t count = std::min(packet, met_.size() - first);
+            std::array<ShadingPoint, packet> receivers;
+            std::array<Outgoing, packet> light;
+            for (std::size_t i = 0; i < count; ++i) {
+                const PathVertex& at = met_[first + i].at;
+                receivers[i].from = receivers[i].position = at.from;
+                receivers[i].brdf.normal = receivers[i].brdf.mirror = at.normal;
+                receivers[i].brdf.diffuse = at.reflectance;
+            }
+            add_lamp_light(rays_.rays, rays_.lamps, std::span(receivers).first(count),
+                           std::span(light).first(count));
+            for (std::size_t i = 0; i < count; ++i) {
+                const Path& path = met_[first + i].path;
+                radiance_[path.start] += path.carried * light[i].diffuse;
+            }
+        }
+    }
+
+    /// Adds a shadow ray towards light that was sampled at a surface.
+    void add_light(const Met& met, const LightSample& light) {
+        const float cosine = met.at.normal.dot(light.direction);
+        if (!(cosine > 0)) return;
+        const double densities = light.density + (light.is_disc ? 0.0 : double(cosine * over_pi));
+        shadows_.add(met.at.from, light.direction, light.distance,
+                     {met.path.start, met.path.carried * met.at.reflectance * light.radiance *
+                                          float(double(cosine) / densities)});
+    }
+
+    void add_sampled_light(const Met& met, const ReflectionSample& sample) {
+        if (!rays_.environment.is_black()) add_light(met, sample.environment);
+        if (!rays_.emitters.is_black())
+            if (const auto light = rays_.emitters.sample(met.at.from, sample.emitter)) add_light(met, *light);
+    }
+
+    /// Continues a path, or ends it by Russian roulette.
+    void reflect(const Met& met, const ReflectionSample& sample) {
+        Path path = met.path;
+        path.carried *= met.at.reflectance * static_cast<float>(pi);
+        const float chance = std::min(1.0f, std::max({path.carried.x, path.carried.y, path.carried.z}));
+        if (!(sample.roulette < double(chance))) return;
+        path.carried /= chance;
+        path.from = met.at.from;
+        path.direction =
+            cosine_direction(as_place(sample.direction), met.at.normal, axes_across(met.at.normal));
+        const float cosine = met.at.normal.dot(path.direction);
+        if (!(cosine > 0)) return;
+        path.density = cosine * over_pi;
+        paths_.push_back(path);
+        if (rays_.emitters.is_black()) return;
+        if (const std::optional<LightSample> light = rays_.emitters.look_up(path.from, path.direction))
+            shadows_.add(
+                path.from, path.direction, light->distance,
+                {path.start, path.carried * light->radiance *
+                                 float(double(path.density) / (double(path.density) + light->density))});
+    }
+
+    const PathTracer& tracer_;
+    const RayScene& rays_;
+    const PathSamples& samples_;
+    std::span<Rgb> radiance_;
+    ShadowBatch<Light, Add> shadows_;
+    std::vector<Path> paths_;
+    std::vector<Met> met_;
+};
+
+void PathTracer::trace(const Vec3f& from, std::span<const PathStart> starts, const PathSamples& samples,
+                       int bounces, std::span<Rgb> radiance) const {
+    std::ranges::fill(radiance, Rgb(0.0f));
+    PathBatch(*this, samples, radiance)(from, starts, bounces);
 }
 
 PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty,
                                                      std::uint32_t most, std::uint32_t seed) const {
-    constexpr std::uint32_t batch = 1024;
-    Numbers number(seed);
-    // First directions are stratified, which matters most for the first bounce. The shift makes different
-    // seeds independent.
-    const float shift_x = number(), shift_y = number();
     const Axes<Vec3f> axes = axes_across(normal);
     Vec3d sum(0.0), squares(0.0);
     Estimate result;
-    for (std::uint32_t path = 0; path < most; ++path) {
-        const Vec2f stratum = sobol_point(path);
-        const float x = stratum.x + shift_x + number() / batch, y = stratum.y + shift_y + number() / batch;
-        const Vec2f place(std::min(x - std::floor(x), 0.99999994f), std::min(y - std::floor(y), 0.99999994f));
-        const Vec3d found(radiance_along(from, cosine_direction(place, normal, axes), number) *
-                          static_cast<float>(pi));
-        sum += found;
-        squares += found * found;
-        const std::uint32_t paths = path + 1;
-        if (paths % batch != 0 && paths != most) continue;
+    std::vector<PathStart> starts;
+    std::vector<Rgb> radiance;
+    for (std::uint32_t first = 0; first < most; first += batch_paths) {
+        const PathSamples samples(rays_.environment, std::min(batch_paths, most - first),
+                                  mixed_seed(seed, first));
+        starts.clear();
+        for (std::uint32_t k = 0; k < samples.paths(); ++k)
+            starts.push_back({cosine_direction(as_place(samples.first(k)), normal, axes), k});
+        radiance.resize(starts.size());
+        trace(from, starts, samples, any_bounces, radiance);
+        for (const Rgb& each : radiance) {
+            const Vec3d found(each * static_cast<float>(pi));
+            sum += found;
+            squares += found * found;
+        }
+        const std::uint32_t paths = first + samples.paths();
         for (int c = 0; c < 3; ++c) {
             const double mean = sum[c] / paths, variance = std::max(0.0, squares[c] / paths - mean * mean);
             result.irradiance[c] = static_cast<float>(mean);
@@ -140,20 +246,48 @@ PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Ve
 }
 
 Outgoing PathTracer::indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, std::uint32_t paths,
-                                       std::uint32_t seed) const {
-    Outgoing radiance;
-    if (brdf.diffuse != Rgb(0.0f))
-        radiance.diffuse =
-            brdf.diffuse * indirect_irradiance(from, brdf.normal, 0, paths, mixed_seed(seed, 0)).irradiance;
-    if (!brdf.has_specular()) return radiance;
-    Numbers number(mixed_seed(seed, 1));
-    Rgb sum(0.0f);
-    visit_lobe_rays(brdf, [&](const LobeRay& ray) {
-        const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
-        sum += radiance_along(from, ray.direction, number) * tint * ray.weight;
-    });
-    radiance.specular = sum * brdf.specular;
-    return radiance;
+                                       std::uint32_t seed, int bounces) const {
+    Components<Vec3d> sum;
+    for (std::uint32_t first = 0; first < paths; first += batch_paths) {
+        const PathSamples samples(rays_.environment, std::min(batch_paths, paths - first),
+                                  mixed_seed(seed, first));
+        sum += Components<Vec3d>(indirect_radiance(from, brdf, samples, bounces)) * double(samples.paths());
+    }
+    return Outgoing(sum / double(paths));
+}
+
+Outgoing PathTracer::indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, const PathSamples& samples,
+                                       int bounces) const {
+    Outgoing result;
+    std::vector<PathStart> starts;
+    std::vector<Rgb> weights, radiance;
+    if (brdf.diffuse != Rgb(0.0f)) {
+        const Axes<Vec3f> axes = axes_across(brdf.normal);
+        for (std::uint32_t k = 0; k < samples.paths(); ++k)
+            starts.push_back({cosine_direction(as_place(samples.first(k)), brdf.normal, axes), k});
+        radiance.resize(starts.size());
+        trace(from, starts, samples, bounces, radiance);
+        Vec3d sum(0.0);
+        for (const Rgb& each : radiance) sum += Vec3d(each);
+        result.diffuse = brdf.diffuse * Rgb(sum * (pi / samples.paths()));
+    }
+    if (!brdf.has_specular()) return result;
+    starts.clear();
+    visit_lobe_rays(
+        brdf, std::max(1u, samples.paths() / lobe_share),
+        [&](std::uint32_t k) {
+            return as_place(samples.first(std::min(k * lobe_share + lobe_share / 2, samples.paths() - 1)));
+        },
+        [&](std::uint32_t k, const LobeRay& ray) {
+            starts.push_back({ray.direction.normalized(), std::min(k * lobe_share, samples.paths() - 1)});
+            weights.push_back((Rgb(1.0f) - brdf.metallic * ray.metallic) * ray.weight);
+        });
+    radiance.resize(starts.size());
+    trace(from, starts, samples, bounces, radiance);
+    Vec3d sum(0.0);
+    for (std::size_t k = 0; k < radiance.size(); ++k) sum += Vec3d(radiance[k] * weights[k]);
+    result.specular = Rgb(sum) * brdf.specular;
+    return result;
 }
 
 }  // namespace haarfield

@@ -1,27 +1,26 @@
 #pragma once
-/// Indirect light by path tracing: the slow reference for bounces.
+/// Indirect light by path tracing, in packets of rays.
 
-#include <cstdint>
-#include <random>
-
-#include "shading/bake/environment_sampler.h"
+#include "shading/bake/path_samples.h"
+#include "shading/bake/ray_scene.h"
 #include "shading/bake/renderer.h"
-#include "shading/bake/source_choice.h"
 
 namespace haarfield {
 
 /// Traces paths from points of a scene. Threads may share it.
 ///
-/// It uses neither wavelets, fields, the transport matrix nor interpolated light. At each surface that a path
-/// meets, it adds the light of all lamps, and that of one light of the environment's sources by a shadow ray.
-/// Emitters are sampled by area and by the next direction of the path, combined by the balance heuristic. A
-/// path that leaves the scene adds the remainder of the environment. Surfaces are diffuse, with their tints;
-/// their backs are black.
+/// It uses neither wavelets, fields, the splitting of light into sources, the transport matrix nor
+/// interpolated light. At each surface that a path meets, it adds the light of all lamps, and samples the
+/// environment and the emitters by one shadow ray each. The next direction of the path also samples these
+/// two; the balance heuristic combines both. Surfaces are diffuse, with their tints; their backs are black.
+///
+/// The paths of a point advance together. Results do not depend on other points or on threads.
 class PathTracer {
 public:
     /// The referenced objects must outlive it.
-    PathTracer(const ShadedScene& scene, const FineSurface& surface, const ShadowRays& rays,
-               const SourceRule& sources = {});
+    ///
+    /// surface  of the same scene.
+    PathTracer(const RayScene& rays, const FineSurface& surface);
 
     /// An irradiance, and its uncertainty.
     struct Estimate {
@@ -35,64 +34,50 @@ public:
     /// certainty stops when the deviation is at most this fraction of the luminance.
     /// most      largest number of paths; paths are traced in batches of 1024.
     /// seed      selects other paths.
-    /// accuracy  unbiased; paths are terminated by Russian roulette.
-    /// cost      some microseconds per path.
+    /// accuracy  unbiased; paths are terminated by Russian roulette. The deviation is that of independent
+    ///           paths, which is larger than the true one.
+    /// cost      0.5 to 1 us per path.
     Estimate indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty, std::uint32_t most,
                                  std::uint32_t seed) const;
 
-    /// Estimates the radiance of a point in the world by indirect light. Specular lobes have the rays of
-    /// IndirectLight::outgoing, each with one path.
+    /// Estimates the radiance of a point in the world by indirect light.
     ///
     /// from      off the surface.
-    /// paths     of the diffuse component.
+    /// paths     of the diffuse component. Each specular lobe has a quarter as many.
     /// seed      different seeds are independent estimates.
+    /// bounces   reflections before the light reaches the point.
     /// accuracy  unbiased.
     Outgoing indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, std::uint32_t paths,
-                               std::uint32_t seed) const;
+                               std::uint32_t seed, int bounces = any_bounces) const;
+    /// Estimates it by paths with given samples.
+    Outgoing indirect_radiance(const Vec3f& from, const VertexBrdf& brdf, const PathSamples& samples,
+                               int bounces) const;
 
 private:
-    /// Random numbers in [0, 1).
-    class Numbers {
-    public:
-        explicit Numbers(std::uint32_t seed) : random_(seed) {}
-        float operator()() { return float(random_() >> 8) / float(1 << 24); }
-
-    private:
-        std::mt19937 random_;
-    };
-
-    /// Estimates the diffuse radiance of the surface that a ray meets, by one path; black if it meets none.
-    Rgb radiance_along(const Vec3f& from, const Vec3f& direction, Numbers& number) const;
-
     /// A diffuse surface element.
     struct PathVertex {
         Vec3f from, normal;
         Rgb reflectance;  ///< Albedo / pi. [1/sr]
     };
 
-    static PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Vec3f& position);
+    /// The first ray of a path.
+    struct PathStart {
+        Vec3f direction;     ///< Unit length.
+        std::uint32_t path;  ///< Number in the samples.
+    };
 
-    Rgb light_of_lamps(const PathVertex& at) const;
+    class PathBatch;
 
-    /// Estimates the light of one of the environment's sources.
-    Rgb light_of_sources(const PathVertex& at, Numbers& number) const;
+    /// Estimates the diffuse radiance of the surfaces that rays meet, by one path each; black if a ray meets
+    /// none.
+    void trace(const Vec3f& from, std::span<const PathStart> starts, const PathSamples& samples, int bounces,
+               std::span<Rgb> radiance) const;
 
-    /// Estimates the light of a point on an emitter. radiance_by_direction() has the rest.
-    Rgb light_of_emitters(const PathVertex& at, Numbers& number) const;
+    PathVertex path_vertex(const SurfaceHit& hit, const Vec3f& position) const;
 
-    /// Returns the radiance of the emitter in a direction with cosine density, weighted by the balance
-    /// heuristic. [W/(m^2 sr)]
-    Rgb radiance_by_direction(const PathVertex& at, const Vec3f& direction) const;
-
-    bool is_blocked(const Vec3f& from, const LightSample& light) const;
-
-    const ShadedScene& scene_;
+    const RayScene& rays_;
     const FineSurface& surface_;
-    const ShadowRays& rays_;
-    std::vector<PlacedLamp> lamps_;
-    EmitterSampler emitters_;
-    LatLongImage smooth_;
-    SourceChoice sources_;
+    std::vector<float> offsets_;  ///< Of rays from the surfaces, by instance. [m]
 };
 
 }  // namespace haarfield

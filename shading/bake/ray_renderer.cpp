@@ -1,10 +1,14 @@
 #include "shading/bake/ray_renderer.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cassert>
 
 #include "fields/base/embree_rays.h"
 #include "shading/bake/lamp_light.h"
+#include "shading/bake/path_tracer.h"
 #include "shading/bake/scrambled_sobol.h"
+#include "shading/bake/shadow_batch.h"
 #include "shading/bake/source_light.h"
 #include "shading/bake/vertex_evaluation.h"
 #include "shading/bounces/lobe_rays.h"
@@ -37,103 +41,109 @@ Counts counts_of(const RayScene& rays, const VertexBrdf& brdf, std::uint32_t sam
     return counts;
 }
 
-/// Sums the contributions of unoccluded rays, in packets of sixteen.
-class RayBatch {
-public:
-    RayBatch(const ShadowRays& rays, const Vec3f& from) : rays_(rays) { from_.fill(from); }
-
-    void add(const LightSample& light, const Components<Vec3d>& contribution) {
-        constexpr float horizon = 1e6f;  // larger than any scene [m]
-        ends_[size_] = from_[0] + light.direction * std::min(light.distance, horizon);
-        contributions_[size_] = contribution;
-        if (++size_ == ShadowRays::packet) trace();
-    }
-    Components<Vec3d> sum() {
-        trace();
-        return sum_;
-    }
-
-private:
-    void trace() {
-        const auto wanted = std::uint16_t((1u << size_) - 1);
-        const std::uint16_t blocked =
-            rays_.blocked_from(std::span(from_).first(size_), wanted, std::span(ends_).first(size_));
-        for (std::size_t i = 0; i < size_; ++i)
-            if (!(blocked >> i & 1u)) sum_ += contributions_[i];
-        size_ = 0;
-    }
-
-    const ShadowRays& rays_;
-    std::array<Vec3f, ShadowRays::packet> from_, ends_;
-    std::array<Components<Vec3d>, ShadowRays::packet> contributions_;
-    std::size_t size_ = 0;
-    Components<Vec3d> sum_;
+/// The samples of direct light, by technique. Those of a technique are ordered along a curve.
+struct DirectSamples {
+    std::vector<LightSample> environment;
+    std::vector<std::array<double, 2>> emitters;
+    std::vector<Vec3f> cosine;  ///< About the z axis.
+    std::array<std::vector<Vec2f>, most_lobes> lobes;
 };
+
+DirectSamples direct_samples(const RayScene& rays, const Counts& counts, std::uint32_t seed) {
+    const auto places = [&](std::uint32_t technique, std::uint32_t count) {
+        return sorted_points(ScrambledSobol(mixed_seed(seed, technique)), count);
+    };
+    const auto as_place = [](const std::array<double, 2>& place) {
+        return Vec2f(float(place[0]), float(place[1]));
+    };
+    DirectSamples samples;
+    samples.environment.reserve(counts.environment);
+    for (const std::array<double, 2>& place : places(by_environment, counts.environment))
+        samples.environment.push_back(rays.environment.sample(place));
+    samples.emitters = places(by_emitters, counts.emitters);
+    const Vec3f up(0, 0, 1);
+    const Axes<Vec3f> across{{1, 0, 0}, {0, 1, 0}};
+    samples.cosine.reserve(counts.cosine);
+    for (const std::array<double, 2>& place : places(by_cosine, counts.cosine))
+        samples.cosine.push_back(cosine_direction(as_place(place), up, across));
+    for (std::uint32_t i = 0; i < most_lobes; ++i)
+        for (const std::array<double, 2>& place : places(by_lobes + i, counts.lobes[i]))
+            samples.lobes[i].push_back(as_place(place));
+    return samples;
+}
 
 /// Estimates the integral over the directions above one point.
 class PointIntegral {
 public:
-    PointIntegral(const RayScene& rays, const VertexBrdf& brdf, const Vec3f& from, std::uint32_t samples)
+    PointIntegral(const RayScene& rays, const VertexBrdf& brdf, const Vec3f& from, const Counts& counts)
         : rays_(rays),
           brdf_(brdf),
           from_(from),
-          counts_(counts_of(rays, brdf, samples)),
+          counts_(counts),
           lobes_(brdf),
           normal_axes_(axes_across(brdf.normal)),
-          batch_(rays.rays, from) {}
+          batch_(rays.rays, Add{*this}) {}
+    PointIntegral(const PointIntegral&) = delete;
+    PointIntegral& operator=(const PointIntegral&) = delete;
 
-    Components<Vec3d> operator()(std::uint32_t seed) {
+    Components<Vec3d> operator()(const DirectSamples& samples) {
         if (counts_.environment == 0 && counts_.emitters == 0) return {};
-        for_each(seed, by_environment, counts_.environment, [this](const std::array<double, 2>& place) {
-            const LightSample light = rays_.environment.sample(place);
-            add(light, light.is_disc ? counts_.environment * light.density
-                                     : counts_.environment * light.density + brdf_density(light.direction));
-        });
-        for_each(seed, by_emitters, counts_.emitters, [this](const std::array<double, 2>& place) {
+        for (const LightSample& light : samples.environment)
+            if (brdf_.normal.dot(light.direction) > 0)
+                batch_.add(from_, light.direction, far_away,
+                           {light.direction, light.radiance, counts_.environment * light.density,
+                            light.is_disc, false});
+        for (const std::array<double, 2>& place : samples.emitters)
             if (const std::optional<LightSample> light = rays_.emitters.sample(from_, place))
-                add(*light, counts_.emitters * light->density + brdf_density(light->direction));
-        });
-        for_each(seed, by_cosine, counts_.cosine, [this](const std::array<double, 2>& place) {
-            add_direction(
-                cosine_direction(Vec2f(float(place[0]), float(place[1])), brdf_.normal, normal_axes_));
-        });
-        for (std::uint32_t i = 0; i < counts_.lobes.size(); ++i)
-            for_each(seed, by_lobes + i, counts_.lobes[i], [&](const std::array<double, 2>& place) {
-                const Vec2f at{float(place[0]), float(place[1])};
-                add_direction(lobes_.direction(brdf_.lobes[i], at).normalized());
-            });
-        return batch_.sum();
+                add_emitter(*light);
+        for (const Vec3f& d : samples.cosine)
+            add_direction(normal_axes_.across * d.x + normal_axes_.up * d.y + brdf_.normal * d.z);
+        for (std::size_t i = 0; i < samples.lobes.size(); ++i)
+            for (const Vec2f& place : samples.lobes[i])
+                add_direction(lobes_.direction(brdf_.lobes[i], place).normalized());
+        batch_.trace();
+        return sum_;
     }
 
 private:
-    template <class Use>
-    static void for_each(std::uint32_t seed, std::uint32_t technique, std::uint32_t count, const Use& use) {
-        const ScrambledSobol points(mixed_seed(seed, technique));
-        for (std::uint32_t i = 0; i < count; ++i) use(points(i));
+    /// Light in a direction.
+    struct Light {
+        Vec3f direction{0.0f};
+        Rgb radiance{0.0f};
+        double density = 0;  ///< Of sampling the direction as one of light, times the number of samples.
+        bool is_disc = false;
+        bool is_unknown = false;  ///< The environment must be looked up.
+    };
+    struct Add {
+        PointIntegral& integral;
+        void operator()(const Light& light) const { integral.add(light); }
+    };
+
+    /// Adds unblocked light by the balance heuristic.
+    void add(Light light) {
+        if (light.is_unknown) {
+            rays_.environment.look_up(light.direction, light.radiance, light.density);
+            light.density *= counts_.environment;
+        }
+        const double densities = light.density + (light.is_disc ? 0.0 : brdf_density(light.direction));
+        if (densities > 0)
+            sum_ += Components<Vec3d>(reflectance(brdf_, light.direction) * light.radiance) * (1 / densities);
     }
 
-    /// Adds a sample by the balance heuristic.
-    ///
-    /// densities  sum over the techniques that sample the direction: density times number of samples.
-    void add(const LightSample& light, double densities) {
-        if (!(densities > 0)) return;
-        const auto contribution =
-            Components<Vec3d>(reflectance(brdf_, light.direction) * light.radiance) * (1 / densities);
-        if (contribution != Components<Vec3d>()) batch_.add(light, contribution);
+    void add_emitter(const LightSample& light) {
+        if (brdf_.normal.dot(light.direction) > 0)
+            batch_.add(from_, light.direction, light.distance,
+                       {light.direction, light.radiance, counts_.emitters * light.density, false, false});
     }
 
     /// Adds the light from a direction that the BRDF sampled: distant light, and that of the nearest emitter.
     void add_direction(const Vec3f& direction) {
         if (!(brdf_.normal.dot(direction) > 0)) return;
-        const double by_brdf = brdf_density(direction);
-        if (counts_.environment > 0) {
-            LightSample light{direction, Rgb(0.0f), 0, far_away, false};
-            rays_.environment.look_up(direction, light.radiance, light.density);
-            add(light, counts_.environment * light.density + by_brdf);
-        }
+        if (counts_.environment > 0)
+            batch_.add(from_, direction, far_away, {direction, Rgb(0.0f), 0, false, true});
         if (counts_.emitters > 0)
             if (const std::optional<LightSample> light = rays_.emitters.look_up(from_, direction))
-                add(*light, counts_.emitters * light->density + by_brdf);
+                add_emitter(*light);
     }
 
     double brdf_density(const Vec3f& direction) const {
@@ -152,7 +162,8 @@ private:
     const Counts counts_;
     const LobeSampling lobes_;
     const Axes<Vec3f> normal_axes_;
-    RayBatch batch_;
+    ShadowBatch<Light, Add> batch_;
+    Components<Vec3d> sum_;
 };
 
 std::uint32_t vertex_seed(std::size_t instance, std::uint32_t vertex) {
@@ -163,8 +174,9 @@ const ShadedEntity& entity_of(const ShadedScene& scene, std::size_t instance) {
     return scene.entities[scene.instances[instance].entity];
 }
 
-/// Tests whether a surface of another instance faces a point and touches it. Surfaces with the orientation of
-/// the point's own surface do not count.
+/// Tests whether a surface of another instance faces a point and touches it: rays of a foot's bottom would
+/// start below the floor that it stands on. Surfaces with the orientation of the point's own surface do not
+/// count.
 bool is_covered(const RayScene& rays, std::size_t instance, const ShadingPoint& at) {
     // From as far behind the surface as `from` is in front of it: coincident surfaces are in between.
     const Vec3f& normal = at.brdf.normal;
@@ -177,29 +189,87 @@ bool is_covered(const RayScene& rays, std::size_t instance, const ShadingPoint& 
     return outwards(*hit).dot(other.direction_to_object(normal)) < 0;
 }
 
-}  // namespace
-
-RayScene::RayScene(const ShadedScene& of)
-    : scene(of),
-      environment(of.environment),
-      emitters(scene_emitters(of).triangles),
-      lamps(placed_lamps(of.lamps)) {
-    rays.build(of);
-    for (const ShadedEntity& entity : of.entities)
-        surfaces.add_entity(entity.occlusion->original().positions(),
-                            entity.occlusion->original().triangles());
-    surfaces.place(of);
+/// Computes direct light.
+///
+/// samples  (const Counts&) -> samples, or a reference to them.
+template <class Samples>
+Outgoing direct_radiance(const RayScene& rays, const Material& material, const ShadingPoint& at,
+                         std::uint32_t count, const Samples& samples) {
+    const Counts counts = counts_of(rays, at.brdf, count);
+    return Outgoing(PointIntegral(rays, at.brdf, at.from, counts)(samples(counts)) +
+                    radiance_from_lamps(rays.lamps, rays.rays, material, at));
 }
+
+/// The samples that the vertices of a scene share.
+class SharedSamples {
+public:
+    SharedSamples(const RayScene& rays, std::uint32_t samples) : samples_(samples) {
+        for (const ShadedEntity& entity : rays.scene.entities)
+            for (const Material& material : entity.materials) {
+                const Counts counts = counts_of(rays, surface_brdf<float>(material), samples);
+                std::vector<DirectSamples>& sets = by_techniques_[techniques(counts)];
+                if (!sets.empty()) continue;
+                sets.resize(set_count(samples));
+                tbb::parallel_for(std::uint32_t(0), std::uint32_t(sets.size()),
+                                  [&](std::uint32_t set) { sets[set] = direct_samples(rays, counts, set); });
+            }
+    }
+
+    /// Number of sets of samples.
+    static std::uint32_t set_count(std::uint32_t samples) {
+        return std::clamp(most_samples / samples, 1u, most_sets);
+    }
+
+    /// Returns the samples of a vertex.
+    const DirectSamples& operator()(const Counts& counts, std::uint32_t seed) const {
+        return by_techniques_[techniques(counts)][seed % set_count(samples_)];
+    }
+
+private:
+    static constexpr std::uint32_t most_sets = 64, most_samples = 1u << 18;
+
+    static std::size_t techniques(const Counts& counts) {
+        std::size_t result = counts.cosine > 0;
+        for (std::size_t i = 0; i < most_lobes; ++i) result |= std::size_t(counts.lobes[i] > 0) << (i + 1);
+        return result;
+    }
+
+    std::uint32_t samples_;
+    std::array<std::vector<DirectSamples>, 2u << most_lobes> by_techniques_;
+};
+
+/// Traces the paths of vertices.
+class SharedPaths {
+public:
+    SharedPaths(const RayScene& rays, const RaySettings& settings)
+        : surface_(rays.scene), tracer_(rays, surface_), bounces_(settings.bounces) {
+        const std::uint32_t paths = std::max(1u, settings.samples / path_share);
+        const std::uint32_t count = SharedSamples::set_count(settings.samples);
+        for (std::uint32_t set = 0; set < count; ++set)
+            sets_.emplace_back(rays.environment, paths, mixed_seed(set, 0x70617468), stored_reflections);
+    }
+
+    Outgoing operator()(const ShadingPoint& at, std::uint32_t seed) const {
+        return tracer_.indirect_radiance(at.from, at.brdf, sets_[seed % sets_.size()], bounces_);
+    }
+
+private:
+    static constexpr std::uint32_t path_share = 4, stored_reflections = 3;
+
+    FineSurface surface_;
+    PathTracer tracer_;
+    std::vector<PathSamples> sets_;
+    int bounces_;
+};
+
+}  // namespace
 
 Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
                       std::uint32_t samples, std::uint32_t seed) {
-    const ShadedInstance& placed = rays.scene.instances[instance];
-    const Material& material = entity_of(rays.scene, instance).materials[point.material];
-    const ShadingPoint at = shading_point(rays.scene, placed, point);
-    // Rays of a foot's bottom would start below the floor that it stands on.
+    const ShadingPoint at = shading_point(rays.scene, rays.scene.instances[instance], point);
     if (is_covered(rays, instance, at)) return {};
-    return Outgoing(PointIntegral(rays, at.brdf, at.from, samples)(seed) +
-                    radiance_from_lamps(rays.lamps, rays.rays, material, at));
+    return direct_radiance(rays, entity_of(rays.scene, instance).materials[point.material], at, samples,
+                           [&](const Counts& counts) { return direct_samples(rays, counts, seed); });
 }
 
 RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,
@@ -224,15 +294,63 @@ RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32
     return result;
 }
 
-Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, std::uint32_t samples,
+struct RayShader::Samples {
+    SharedSamples direct;
+    std::optional<SharedPaths> paths;
+};
+
+RayShader::RayShader(const ShadedScene& scene, const RaySettings& settings)
+    : rays_(scene), settings_(settings) {
+    auto samples = std::make_unique<Samples>(Samples{SharedSamples(rays_, settings.samples), std::nullopt});
+    if (settings.bounces > 0) samples->paths.emplace(rays_, settings);
+    samples_ = std::move(samples);
+}
+
+RayShader::~RayShader() = default;
+
+Outgoing RayShader::radiance(std::size_t instance, std::uint32_t vertex) const {
+    const ShadedEntity& entity = entity_of(rays_.scene, instance);
+    const ShadingPoint at = shading_point(rays_.scene, rays_.scene.instances[instance], vertex);
+    if (is_covered(rays_, instance, at)) return {};
+    const std::uint32_t seed = vertex_seed(instance, vertex);
+    Outgoing radiance = direct_radiance(
+        rays_, entity.materials[entity.mesh->vertex_materials[vertex]], at, settings_.samples,
+        [&](const Counts& counts) -> const DirectSamples& { return samples_->direct(counts, seed); });
+    if (samples_->paths) radiance += (*samples_->paths)(at, seed);
+    return radiance;
+}
+
+Outgoing RayShader::indirect_radiance(std::size_t instance, std::uint32_t vertex,
+                                      const Material& material) const {
+    ShadingPoint at = shading_point(rays_.scene, rays_.scene.instances[instance], vertex);
+    if (!samples_->paths || is_covered(rays_, instance, at)) return {};
+    at.brdf = surface_brdf<float>(material, at.brdf.normal, at.brdf.mirror);
+    return (*samples_->paths)(at, vertex_seed(instance, vertex));
+}
+
+Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, const RaySettings& settings,
                                          const Progress& progress, const PointSharing* sharing) {
-    const RayScene rays(scene);
+    const RayShader shader(scene, settings);
+    return evaluated_vertices(
+        scene,
+        [&]() -> VertexEvaluation {
+            return
+                [&](std::size_t instance, std::uint32_t vertex) { return shader.radiance(instance, vertex); };
+        },
+        progress, sharing);
+}
+
+Result<SceneRadiance> ray_indirect_radiance(const ShadedScene& scene, std::span<const ShadedEntity> painted,
+                                            const RaySettings& settings, const Progress& progress,
+                                            const PointSharing* sharing) {
+    const RayShader shader(scene, settings);
     return evaluated_vertices(
         scene,
         [&]() -> VertexEvaluation {
             return [&](std::size_t instance, std::uint32_t vertex) {
-                return ray_radiance(rays, instance, surface_point(entity_of(scene, instance), vertex),
-                                    samples, vertex_seed(instance, vertex));
+                const ShadedEntity& entity = painted[scene.instances[instance].entity];
+                return shader.indirect_radiance(instance, vertex,
+                                                entity.materials[entity.mesh->vertex_materials[vertex]]);
             };
         },
         progress, sharing);

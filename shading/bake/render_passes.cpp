@@ -34,13 +34,17 @@ Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<con
     return start;
 }
 
-/// Computes radiance with the shading of the bake.
+RaySettings ray_settings(const PassShading& bake) {
+    return {bake.ray_samples, bake.shading.settings.bounces.most};
+}
+
+/// Computes radiance with the shading of the bake; by rays, without indirect light.
 ///
 /// shading, meshes  of a scene that is a variation of the bake's.
 Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& shading,
                                   std::span<const SampledMesh> meshes, const Progress& progress) {
     if (bake.ray_samples > 0)
-        return ray_scene_radiance(shading.scene, bake.ray_samples, progress, shading.sharing);
+        return ray_scene_radiance(shading.scene, {bake.ray_samples}, progress, shading.sharing);
     if (bake.dense) return dense_scene_radiance(shading.scene, shading.settings, progress, shading.sharing);
     if (meshes.empty()) return scene_radiance(shading, progress);
     Result<SceneRadiance> radiance = vertex_radiance(shading, meshes, {}, progress);
@@ -112,6 +116,9 @@ Result<SceneRadiance> radiance_only(const PassShading& bake, const Progress& pro
 Result<SceneRadiance> radiance_by_bounces(const PassShading& bake,
                                           std::span<const std::span<const Outgoing>> full,
                                           const Progress& progress) {
+    if (const RaySettings by_rays = ray_settings(bake); by_rays.samples > 0 && by_rays.bounces > 0)
+        return ray_indirect_radiance(bake.shading.scene, bake.shading.scene.entities, by_rays, progress,
+                                     bake.shading.sharing);
     if (!bake.shading.indirect || bake.meshes.empty()) {
         SceneRadiance black;
         for (const std::span<const Outgoing> values : full) black.emplace_back(values.size());
@@ -142,6 +149,12 @@ Result<SceneRadiance> irradiance(const PassShading& bake, const Progress& progre
     Result<SceneRadiance> made = radiance_as(
         bake, {scene, geometry, light, settings, visibility, indirect, sharing}, bake.meshes, progress);
     if (!made) return made;
+    if (const RaySettings by_rays = ray_settings(bake); by_rays.samples > 0 && by_rays.bounces > 0) {
+        HF_TRY(const SceneRadiance bounced,
+               ray_indirect_radiance(own, scene.entities, by_rays, progress, sharing));
+        for (std::size_t i = 0; i < bounced.size(); ++i)
+            for (std::size_t v = 0; v < bounced[i].size(); ++v) (*made)[i][v] += bounced[i][v];
+    }
     for (std::vector<Outgoing>& values : *made)
         for (Outgoing& value : values) value.diffuse *= static_cast<float>(pi);
     return made;

@@ -26,7 +26,8 @@ struct PassShading {
     std::span<const SampledMesh> meshes{};
     bool fitted = false;            ///< Values are fitted by fit_radiance; needs meshes.
     bool dense = false;             ///< By dense_scene_radiance; without meshes.
-    std::uint32_t ray_samples = 0;  ///< If above 0: uses ray_scene_radiance; without meshes.
+    std::uint32_t ray_samples = 0;  ///< If above 0: by ray_scene_radiance, with the bounces of the settings;
+                                    ///< without meshes.
 };
 
 /// Computes passes of a bake.

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace haarfield {
 
@@ -25,5 +26,15 @@ public:
 private:
     std::array<std::uint32_t, 2> seeds_;
 };
+
+/// Returns the first points of a sequence, ordered along a Z-curve: neighbours in the order are mostly near
+/// each other, so that their rays form coherent packets.
+std::vector<std::array<double, 2>> sorted_points(const ScrambledSobol& points, std::uint32_t count);
+
+/// Permutes the 32-bit numbers. Each aligned run of 2^m numbers is mapped to an aligned run, so that points
+/// of a sequence taken in this order are as evenly spread as before.
+///
+/// source  Burley 2020, to combine two-dimensional sequences without correlation.
+std::uint32_t shuffled(std::uint32_t index, std::uint32_t seed);
 
 }  // namespace haarfield

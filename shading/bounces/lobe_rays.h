@@ -52,22 +52,30 @@ struct LobeRay {
     float metallic = 0;  ///< 1 - F of metals. Their colour is 1 - VertexBrdf::metallic * metallic.
 };
 
-/// Calls `visit(ray)` for each ray of a BRDF's specular lobes. The density of the rays is that of the lobe.
-/// All BRDFs use the same points of Sobol's sequence.
-template <class Visit>
-void visit_lobe_rays(const VertexBrdf& brdf, const Visit& visit) {
+/// Calls `visit(k, ray)` for rays of a BRDF's specular lobes. The density of the rays is that of the lobe.
+///
+/// rays   per lobe.
+/// place  (std::uint32_t k) -> Vec2f: a point in the unit square.
+template <class Place, class Visit>
+void visit_lobe_rays(const VertexBrdf& brdf, std::uint32_t rays, const Place& place, const Visit& visit) {
     if (!brdf.has_specular()) return;
     const LobeSampling sampling(brdf);
     for (const Lobe& lobe : brdf.lobes)
-        for (std::uint32_t k = 0; k < lobe_rays && lobe.weight > 0; ++k) {
-            const Vec3f direction = sampling.direction(lobe, sobol_point(k));
+        for (std::uint32_t k = 0; k < rays && lobe.weight > 0; ++k) {
+            const Vec3f direction = sampling.direction(lobe, place(k));
             const float cosine = brdf.normal.dot(direction);
             if (!(cosine > 0)) continue;
-            LobeRay ray{direction, lobe.weight * sampling.over_density(lobe, direction) / lobe_rays};
+            LobeRay ray{direction, lobe.weight * sampling.over_density(lobe, direction) / float(rays)};
             if (brdf.cosine_weighted) ray.weight *= cosine;
             if (brdf.is_metallic()) ray.metallic = 1 - static_cast<float>(metallic_fresnel(double(cosine)));
-            visit(ray);
+            visit(k, ray);
         }
+}
+
+/// Calls `visit(ray)` for `lobe_rays` rays of each lobe. All BRDFs use the same points of Sobol's sequence.
+template <class Visit>
+void visit_lobe_rays(const VertexBrdf& brdf, const Visit& visit) {
+    visit_lobe_rays(brdf, lobe_rays, sobol_point, [&](std::uint32_t, const LobeRay& ray) { visit(ray); });
 }
 
 }  // namespace haarfield

@@ -72,14 +72,27 @@ Result<SpecularHits> SpecularHits::make(const ShadedScene& scene, const ShadingG
             const ShadedInstance& instance = scene.instances[at.instance];
             const ShadedEntity& entity = scene.entities[instance.entity];
             const ShadingPoint point = shading_point(scene, instance, at.vertex);
+            std::array<LobeRay, FineSurface::packet> rays;
+            std::array<Vec3f, FineSurface::packet> directions;
+            std::size_t count = 0;
+            const auto trace_packet = [&] {
+                const FineSurface::Hits hits =
+                    surface.first_hits(scene, point.from, std::span(directions).first(count));
+                for (std::size_t r = 0; r < count; ++r) {
+                    if (!hits[r] || hits[r]->is_back) continue;
+                    const Hit made = hit_at(*hits[r], rays[r].weight);
+                    if (made.weight == 0) continue;
+                    block.hits.push_back(made);
+                    if (has_metals) block.metallic.push_back(rays[r].metallic);
+                }
+                count = 0;
+            };
             visit_lobe_rays(point.brdf, [&](const LobeRay& ray) {
-                const std::optional<SurfaceHit> hit = surface.first_hit(scene, point.from, ray.direction);
-                if (!hit || hit->is_back) return;
-                const Hit made = hit_at(*hit, ray.weight);
-                if (made.weight == 0) return;
-                block.hits.push_back(made);
-                if (has_metals) block.metallic.push_back(ray.metallic);
+                rays[count] = ray;
+                directions[count] = ray.direction;
+                if (++count == rays.size()) trace_packet();
             });
+            trace_packet();
             block.rows.push_back(
                 {specular[k], static_cast<std::uint32_t>(block.hits.size()),
                  first_material[instance.entity] + entity.mesh->vertex_materials[at.vertex]});

@@ -82,6 +82,25 @@ struct ErrorStudyOptions {
 /// stored fields.
 void study_error(const std::string& file, const ErrorStudyOptions& options);
 
+/// Returns the rows of study_rivals by name.
+std::vector<std::string> rival_rows();
+
+struct RivalStudyOptions {
+    std::vector<std::string> rows = rival_rows();
+    std::size_t points = 2000;  ///< Vertices at which errors are measured.
+    double scale = 1;           ///< Factor of the numbers of vertices and of samples of fields.
+    int repeats = 2;            ///< Of each bake; the smallest processor time counts.
+};
+
+/// Measures whole bakes next to bakes by rays (ray_scene_radiance) with as many samples as the same error
+/// requires. Prints a line for direct and one for all light: vertices, error, samples, and the processor and
+/// wall times of both, cold (neither meshes nor fields are stored) and warm.
+///
+/// Errors are relative RMS errors over vertices against two independent estimates by rays and paths, to which
+/// their noise does not contribute. The number of samples is interpolated between powers of four. The time of
+/// rays is measured with up to 256 samples; beyond, it grows linearly.
+void study_rivals(const RivalStudyOptions& options);
+
 /// Returns the folder in which studies cache visibility fields.
 inline std::filesystem::path study_fields_folder() {
     return std::filesystem::temp_directory_path() / "haarfield_study_fields";

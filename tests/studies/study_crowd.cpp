@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "scenes/scene_entities.h"
 #include "scenes/scene_shading.h"
@@ -11,38 +10,10 @@
 #include "shading/transfer/radiance_transfer.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/studies/study.h"
+#include "tests/studies/study_scenes.h"
 
 namespace haarfield::baseline {
 namespace {
-
-/// Returns chairs of the shipped scene in rows and columns on a floor of 40 m.
-///
-/// turned  rotate each by a random angle about the vertical, some also slightly about another axis, and scale
-///         it by 0.7 to 1.3.
-Scene crowd(const Scene& shipped, int rows, int columns, bool turned) {
-    constexpr float floor_width = 40, shipped_floor_width = 6;
-    std::mt19937 random(1);
-    const auto number = [&] { return static_cast<float>(double(random()) * 0x1p-32 - 0.5); };
-    Scene scene = shipped;
-    std::erase_if(scene.instances, [](const Instance& instance) { return instance.name != "floor"; });
-    scene.instances[0].placement.scale = floor_width / shipped_floor_width;
-    const auto chair = std::ranges::find(scene.entities, "chair", &Entity::name) - scene.entities.begin();
-    for (int row = 0; row < rows; ++row)
-        for (int column = 0; column < columns; ++column) {
-            const float across = static_cast<float>(columns), along = static_cast<float>(rows),
-                        x = (static_cast<float>(column) + 0.5f + 0.3f * number()) / across - 0.5f,
-                        z = (static_cast<float>(row) + 0.5f + 0.3f * number()) / along - 0.5f;
-            Placement placement{{x * floor_width, 0, z * floor_width}, 1};
-            if (turned) {
-                placement.scale = 1 + 0.6f * number();
-                const float lean = (row + column) % 3 == 0 ? 0.2f * number() : 0;
-                placement.rotate = rotation_xyz({lean, 6.28f * number(), 0});
-            }
-            scene.instances.push_back(
-                {fmt::format("chair_{}", scene.instances.size()), std::size_t(chair), placement});
-        }
-    return scene;
-}
 
 /// Returns the resident memory of the process. [MB]
 double resident_megabytes() {

@@ -11,6 +11,8 @@
 #include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_shading.h"
+#include "shading/bake/path_tracer.h"
+#include "shading/bake/ray_renderer.h"
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/scene/turned_light.h"
 #include "tests/baselines/product_methods.h"
@@ -42,7 +44,7 @@ std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedSc
     const std::vector<DisplayedPoint> all = displayed_points(entities, shaded, pixels);
     const RayScene rays(shaded);
     const FineSurface surface(shaded);
-    const PathTracer paths(shaded, surface, rays.rays, settings.sources);
+    const PathTracer paths(rays, surface);
     std::vector<TruePixel> points;
     for (std::size_t k = 0; k < wanted && !all.empty(); ++k) {
         const DisplayedPoint& point =

@@ -87,6 +87,20 @@ int main(int argc, char** argv) {
     error->add_option("--width", error_options.width, "Of the picture; default: the scene's");
     error->add_option("--pixels", error_options.pixels, "At which the truth is computed")
         ->capture_default_str();
+    CLI::App* const rivals =
+        app.add_subcommand("rivals", "Whole bakes next to bakes by rays with the same error");
+    RivalStudyOptions rival_options;
+    rivals->add_option("--rows", rival_options.rows, "Scenes; default: all")
+        ->delimiter(',')
+        ->check(CLI::IsMember(rival_rows()));
+    rivals->add_option("--points", rival_options.points, "Vertices at which errors are measured")
+        ->capture_default_str();
+    rivals->add_option("--scale", rival_options.scale, "Factor of the numbers of vertices and field samples")
+        ->check(CLI::Range(1e-3, 1.0))
+        ->capture_default_str();
+    rivals->add_option("--repeats", rival_options.repeats, "Of each bake; the fastest counts")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
     CLI::App* const povray = app.add_subcommand(
         "povray", "Imports of POV-Ray scenes against POV-Ray: evaluation, silhouettes, colours");
     std::vector<std::string> povray_files;
@@ -124,6 +138,8 @@ int main(int argc, char** argv) {
         study_povray(povray_files, povray_detail);
     else if (error->parsed())
         study_error(scene, error_options);
+    else if (rivals->parsed())
+        study_rivals(rival_options);
     else if (frame->parsed())
         study_frame(vertices_or(180000));
     else if (crowd->parsed())
