@@ -444,7 +444,7 @@ private:
         // Glass has thin walls, and triangles of filters cost little.
         std::vector<GridRequest> finer;
         for (const std::size_t s : transparent) {
-            live_.push_back(surfaces[s].object);
+            result_.live_objects.push_back(surfaces[s].object);
             finer.push_back(request_of(surfaces[s].object));
             finer.back().cells *= 2;
         }
@@ -492,10 +492,10 @@ private:
 
     /// Writes the transparent objects as POV-Ray's objects, with lights, sky and camera.
     Result<Done> write_live() {
-        if (live_.empty() || !keeps_scene()) return Done{};
+        if (result_.live_objects.empty() || !keeps_scene()) return Done{};
         SceneQuery query;
         query.lights = query.sky = query.camera = query.extras = true;
-        place_objects(live_, query);
+        place_objects(result_.live_objects, query);
         if (gamma_.exponent != 1) {
             // Baked colours are linear.
             query.suffix = "\n#version 3.7;\nglobal_settings{assumed_gamma 1}\n";
@@ -694,7 +694,6 @@ private:
     AffineMap world_;
     std::filesystem::path pigment_image_;  ///< Empty: no surface is patterned.
     std::set<std::string> names_;
-    std::vector<std::size_t> live_;           ///< Transparent objects.
     std::vector<std::size_t> vertex_counts_;  ///< By entity.
     Bounds bounds_, cut_bounds_;  ///< In the scene: of the finite objects, and of those that are cut.
     ImportedPovrayScene result_;

@@ -37,6 +37,7 @@ struct ImportedPovrayScene {
     std::vector<std::size_t>
         mesh_objects;  ///< Indices of the objects that have become meshes, in rising order.
     std::vector<std::size_t> distant_objects;  ///< Indices of objects that are only in the environment.
+    std::vector<std::size_t> live_objects;     ///< Indices of the transparent objects, in rising order.
     std::size_t failed = 0;                    ///< Objects without a mesh: too slow, or without a surface.
 };
 

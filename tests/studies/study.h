@@ -56,10 +56,12 @@ void study_relight(const std::string& file, std::size_t vertices, const std::str
 void study_session(const std::string& file, std::size_t frames);
 
 /// Imports POV-Ray scenes and prints, for each, whether its rewritten text gives the same picture, the
-/// fraction of pixels whose silhouettes differ, and the PSNR of unlit pictures.
+/// fraction of pixels whose silhouettes differ, and the PSNR of unlit pictures. Transparent objects, which
+/// remain POV-Ray's, are left out of these pictures.
 ///
-/// detail  as PovrayImport::detail.
-void study_povray(const std::vector<std::string>& files, int detail);
+/// detail    as PovrayImport::detail.
+/// pictures  folder that receives the pairs of unlit pictures; empty: none are written.
+void study_povray(const std::vector<std::string>& files, int detail, const std::string& pictures);
 
 /// Measures the time of the shipped scene's frames under a new light from a new view point, and of their
 /// preparation. Meshes are those of study_occlusion.

@@ -107,6 +107,8 @@ int main(int argc, char** argv) {
     int povray_detail = 48;
     povray->add_option("FILE", povray_files, "Scenes (.pov)")->required()->type_name("");
     povray->add_option("--detail", povray_detail, "As that of `import`")->capture_default_str();
+    std::string povray_pictures;
+    povray->add_option("--pictures", povray_pictures, "A folder for the pairs of unlit pictures");
     std::size_t frames = 10;
     session->add_option("--frames", frames, "Of a gesture")
         ->check(CLI::Range(1, 1000))
@@ -135,7 +137,7 @@ int main(int argc, char** argv) {
     else if (session->parsed())
         study_session(scene, frames);
     else if (povray->parsed())
-        study_povray(povray_files, povray_detail);
+        study_povray(povray_files, povray_detail, povray_pictures);
     else if (error->parsed())
         study_error(scene, error_options);
     else if (rivals->parsed())

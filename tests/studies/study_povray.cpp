@@ -10,6 +10,7 @@
 #include "bridge/povray_import/imported_scene.h"
 #include "fields/base/srgb.h"
 #include "fields/model/mesh_reader.h"
+#include "scenes/image.h"
 #include "scenes/scene_camera.h"
 #include "scenes/texture.h"
 #include "tests/studies/study.h"
@@ -17,7 +18,8 @@
 namespace haarfield::baseline {
 namespace {
 
-constexpr int width = 160, height = 120;
+constexpr int width = 160;
+constexpr int finer = 3;  // Rays of a pixel in each direction, in pictures that are compared.
 
 /// The result for one file.
 struct FileResult {
@@ -63,13 +65,14 @@ Result<bool> is_evaluated(const std::filesystem::path& file, const QueryOptions&
     return true;
 }
 
-/// Returns the original's objects before a background, unlit.
+/// Returns the original's objects before a background, unlit and antialiased.
 Result<std::vector<Rgb>> unlit_picture(const SceneQueries& queries, const std::vector<std::size_t>& hidden,
                                        const Camera& camera, const char* background) {
     SceneQuery query;
     query.camera = query.pigments = true;
     query.width = width;
     query.height = width * camera.height / camera.width;
+    query.arguments = {"+A0.0", "+AM1", fmt::format("+R{}", finer), "-J"};
     std::vector<int> is_hidden(hidden.empty() ? 1 : *std::ranges::max_element(hidden) + 1, 0);
     for (const std::size_t object : hidden) is_hidden[object] = 1;
     query.prelude = fmt::format("#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n", is_hidden.size(),
@@ -82,15 +85,46 @@ Result<std::vector<Rgb>> unlit_picture(const SceneQueries& queries, const std::v
     return std::move(answer.pixels);
 }
 
+/// Returns the mean of each square of `finer` pixels.
+std::vector<Rgb> reduced(const Image& image) {
+    const int columns = image.width / finer, rows = image.height / finer;
+    std::vector<Rgb> pixels(std::size_t(columns) * std::size_t(rows), Rgb(0.0f));
+    for (int y = 0; y < rows * finer; ++y)
+        for (int x = 0; x < columns * finer; ++x)
+            pixels[std::size_t(y / finer * columns + x / finer)] +=
+                image.pixels[std::size_t(y * image.width + x)] / float(finer * finer);
+    return pixels;
+}
+
+/// Writes the original, the import and the absolute differences side by side.
+Result<Done> write_pair(const std::vector<Rgb>& original, const std::vector<Rgb>& import,
+                        const std::filesystem::path& png) {
+    const std::size_t rows = original.size() / std::size_t(width);
+    Image pair{3 * width, static_cast<int>(rows), {}, {}};
+    for (std::size_t row = 0; row < rows; ++row)
+        for (int part = 0; part < 3; ++part)
+            for (std::size_t p = row * std::size_t(width); p < (row + 1) * std::size_t(width); ++p) {
+                Rgb pixel = part == 0 ? original[p] : import[p];
+                if (part == 2)
+                    for (int c = 0; c < 3; ++c)
+                        pixel[c] =
+                            srgb_decoded(std::abs(srgb_encoded(original[p][c]) - srgb_encoded(import[p][c])));
+                pair.pixels.push_back(pixel);
+            }
+    return write_image(pair, png);
+}
+
 Result<Done> compare(const std::filesystem::path& file, const QueryOptions& options,
-                     const ImportedPovrayScene& imported, FileResult& result) {
+                     const ImportedPovrayScene& imported, const std::filesystem::path& pictures,
+                     FileResult& result) {
     const Scene& scene = imported.scene;
     if (scene.finds_camera) return Error{"", "no perspective camera"};
     HF_TRY(const SceneQueries queries, SceneQueries::create(file, options));
-    HF_TRY(const std::vector<Rgb> dark,
-           unlit_picture(queries, imported.distant_objects, scene.camera, "<0,0,0>"));
-    HF_TRY(const std::vector<Rgb> bright,
-           unlit_picture(queries, imported.distant_objects, scene.camera, "<1,1,1>"));
+    // Transparent objects remain POV-Ray's, and look as they do in the file.
+    std::vector<std::size_t> hidden = imported.distant_objects;
+    hidden.insert(hidden.end(), imported.live_objects.begin(), imported.live_objects.end());
+    HF_TRY(const std::vector<Rgb> dark, unlit_picture(queries, hidden, scene.camera, "<0,0,0>"));
+    HF_TRY(const std::vector<Rgb> bright, unlit_picture(queries, hidden, scene.camera, "<1,1,1>"));
     std::vector<ImportedMesh> meshes;
     for (const Entity& entity : scene.entities) {
         MeshReaderOptions with_colours;
@@ -124,20 +158,26 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
              mesh.uvs.empty() ? std::span<const Surface>(plain) : std::span<const Surface>(imaged)});
     }
     Camera camera = scene.camera;
-    camera.width = width;
-    camera.height = width * scene.camera.height / scene.camera.width;
+    camera.width = finer * width;
+    camera.height = finer * (width * scene.camera.height / scene.camera.width);
     Preview preview;
-    const Image on_dark = preview.draw(camera, instances, [](const Vec3f&) { return Rgb(0.0f); });
-    const Image on_bright = preview.draw(camera, instances, [](const Vec3f&) { return Rgb(1.0f); });
+    const std::vector<Rgb> on_dark =
+        reduced(preview.draw(camera, instances, [](const Vec3f&) { return Rgb(0.0f); }));
+    const std::vector<Rgb> on_bright =
+        reduced(preview.draw(camera, instances, [](const Vec3f&) { return Rgb(1.0f); }));
+    if (!pictures.empty())
+        HF_TRY_DONE(write_pair(
+            dark, on_dark,
+            pictures / (file.parent_path().filename().string() + "_" + file.stem().string() + ".png")));
     double differing = 0, error = 0, compared = 0;
     for (std::size_t p = 0; p < dark.size(); ++p) {
-        const Rgb through = bright[p] - dark[p], own = on_bright.pixels[p] - on_dark.pixels[p];
+        const Rgb through = bright[p] - dark[p], own = on_bright[p] - on_dark[p];
         const bool is_object = through.x + through.y + through.z < 1.5f,
                    is_mesh = own.x + own.y + own.z < 1.5f;
         differing += is_object != is_mesh;
         if (!is_object || !is_mesh) continue;
         for (int c = 0; c < 3; ++c) {
-            const double difference = double(srgb_encoded(dark[p][c]) - srgb_encoded(on_dark.pixels[p][c]));
+            const double difference = double(srgb_encoded(dark[p][c]) - srgb_encoded(on_dark[p][c]));
             error += difference * difference / 3;
         }
         compared += 1;
@@ -147,7 +187,8 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
     return Done{};
 }
 
-FileResult result_of(const std::filesystem::path& file, const std::filesystem::path& folder, int detail) {
+FileResult result_of(const std::filesystem::path& file, const std::filesystem::path& folder, int detail,
+                     const std::filesystem::path& pictures) {
     FileResult result;
     QueryOptions options;
     options.seconds = 60;
@@ -168,7 +209,7 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
         result.meshes = imported->surfaces;
         result.transparent = imported->transparent;
         result.failed = imported->failed;
-        const Result<Done> compared = compare(file, options, *imported, result);
+        const Result<Done> compared = compare(file, options, *imported, pictures, result);
         if (!compared && result.reason.empty())
             result.reason = "compared: " + short_reason(compared.error().what);
     } else if (result.reason.empty()) {
@@ -180,7 +221,7 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
 
 }  // namespace
 
-void study_povray(const std::vector<std::string>& files, int detail) {
+void study_povray(const std::vector<std::string>& files, int detail, const std::string& pictures) {
     const std::filesystem::path folder = std::filesystem::temp_directory_path() / "haarfield_study_povray";
     std::map<std::string, int> reasons;
     double evaluated = 0, geometry = 0, some = 0, colours = 0;
@@ -189,7 +230,7 @@ void study_povray(const std::vector<std::string>& files, int detail) {
     for (const std::string& file : files) {
         std::error_code ignored;
         std::filesystem::remove_all(folder, ignored);
-        const FileResult result = result_of(file, folder, detail);
+        const FileResult result = result_of(file, folder, detail, pictures);
         evaluated += result.evaluated;
         some += result.imported && result.has_camera;
         geometry += result.imported && result.has_camera && result.transparent == 0 && result.failed == 0 &&
