@@ -36,7 +36,7 @@ public:
     /// seed      selects other paths.
     /// accuracy  unbiased; paths are terminated by Russian roulette. The deviation is that of independent
     ///           paths, which is larger than the true one.
-    /// cost      0.5 to 1 us per path.
+    /// cost      about 1 us per path.
     Estimate indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty, std::uint32_t most,
                                  std::uint32_t seed) const;
 

@@ -44,7 +44,7 @@ struct RaySettings {
 /// radiance, depends on the number of the vertex only.
 ///
 /// accuracy  unbiased. A point that another instance touches is black.
-/// cost      0.05 us per sample, and PathTracer's per path.
+/// cost      0.15 us per sample, and PathTracer's per path.
 class RayShader {
 public:
     /// The scene must outlive it and must not change.
