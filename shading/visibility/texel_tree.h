@@ -5,10 +5,10 @@
 
 namespace haarfield {
 
-/// The wide tree of a cubemap of visibility, with its nodes. `faces` refers to `nodes`.
+/// The wide tree of a cubemap of visibility.
 struct TexelTree {
-    WideCubemap<std::uint8_t> faces;
-    std::vector<WideNode<std::uint8_t>> nodes;
+    WideCubemap<std::uint8_t> faces;            ///< Refers to `nodes`.
+    std::vector<WideNode<std::uint8_t>> nodes;  ///< Of all faces.
 
     TexelTree() = default;
     TexelTree(TexelTree&&) = default;
