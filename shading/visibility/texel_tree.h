@@ -11,8 +11,8 @@ struct TexelTree {
     std::vector<WideNode<std::uint8_t>> nodes;  ///< Of all faces.
 
     TexelTree() = default;
-    TexelTree(TexelTree&&) = default;
-    TexelTree& operator=(TexelTree&&) = default;
+    TexelTree(TexelTree&&) = default;             ///< Moves the nodes; a copy would refer to the original's.
+    TexelTree& operator=(TexelTree&&) = default;  ///< As the constructor.
 };
 
 /// Makes wide trees from texels. Reuses its memory.
