@@ -365,8 +365,7 @@ TEST(PovrayImport, PigmentsThatAreTransparentInPlacesHaveAlpha) {
         const bool is_opaque = pattern < 0.7f;
         const Vec2f at = (mesh.uvs[a] + mesh.uvs[b] + mesh.uvs[c]) / 3.0f;
         EXPECT_NEAR(pigments->opacity_at(at), is_opaque ? 1 : 0, 0.02f) << p.x << ' ' << p.y << ' ' << p.z;
-        const Rgb colour = pigments->colour_at(at);
-        EXPECT_TRUE(!is_opaque || (colour - Rgb(1, 0.5f, 0.2f)).length() < 0.02f) << p.x << ' ' << p.y;
+        if (is_opaque) EXPECT_LT((pigments->colour_at(at) - Rgb(1, 0.5f, 0.2f)).length(), 0.02f);
         ++found[is_opaque];
     }
     EXPECT_GT(found[0], 100);
@@ -509,11 +508,11 @@ TEST(PovrayImport, PartsOfGlassFilterByTheirOwnColour) {
     ASSERT_TRUE(imported) << imported.error().message();
     ASSERT_EQ(imported->scene.filters.size(), 2u);
     const SceneFilter &glass = imported->scene.filters[0], &wine = imported->scene.filters[1];
-    const std::array absorption{0.0f, 0.3f, 0.25f}, pigment{0.81f, 0.09f, 0.18f};
+    const std::array absorption{0.0f, 0.3f, 0.25f};
     for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(glass.colour[c], 0.95, 0.001);
         EXPECT_NEAR(glass.absorption[c], 0, 0.01);
-        EXPECT_NEAR(wine.colour[c], pigment[std::size_t(c)], 0.001);
+        EXPECT_NEAR(wine.colour[c], 0.9f * std::array{0.9f, 0.1f, 0.2f}[std::size_t(c)], 0.001);
         EXPECT_NEAR(wine.absorption[c], absorption[std::size_t(c)], 0.02);
     }
     const Result<SceneEntities> entities = original_entities(imported->scene);
