@@ -159,6 +159,14 @@ std::size_t crossing_count(const CrossedGrid& grid) {
     return count;
 }
 
+/// Makes all crossings those of sheets.
+void take_for_sheets(CrossedGrid& grid) {
+    for (auto& lines : grid.lines)
+        for (std::vector<LineCrossing>& line : lines)
+            for (LineCrossing& crossing : line) crossing.inside_before = crossing.inside_after = false;
+    grid.inside_lines = {};
+}
+
 /// Returns the box of all crossings, in the scene's coordinates.
 Bounds crossed_box(const GridFrame& frame, const CrossedGrid& grid) {
     Bounds box;
@@ -290,51 +298,13 @@ std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d&
     return places;
 }
 
-std::optional<CrossedGrid> crossed_grid(const GridFrame& frame, const std::string& lines) {
-    CrossedGrid grid;
-    grid.cells = frame.cells;
-    if (!read_lines(lines, grid)) return std::nullopt;
-    if (frame.warp_rate > 0) move_to_grid(frame, grid);
-    return grid;
-}
-
-ObjectSurface contoured_surface(const GridFrame& frame, const CrossedGrid& grid, std::size_t object) {
-    const ContouredMesh mesh = dual_contour(grid);
-    ObjectSurface surface;
-    surface.object = object;
-    for (const Vec3f& position : mesh.positions)
-        surface.positions.emplace_back(frame.scene_point(Vec3d(position)));
-    for (std::size_t v = 0; v < mesh.normals.size(); ++v)
-        surface.normals.emplace_back(frame.scene_normal(Vec3d(mesh.positions[v]), Vec3d(mesh.normals[v])));
-    surface.triangles = mesh.triangles;
-    surface.sheet_triangles = mesh.sheet_triangles;
-    surface.double_edges = mesh.double_edges;
-    surface.missed_edges = mesh.missed_edges;
-    return surface;
-}
-
-void take_for_sheets(CrossedGrid& grid) {
-    for (auto& lines : grid.lines)
-        for (std::vector<LineCrossing>& line : lines)
-            for (LineCrossing& crossing : line) crossing.inside_before = crossing.inside_after = false;
-    grid.inside_lines = {};
-}
-
-ObjectSurface closed_or_open_surface(const GridFrame& frame, CrossedGrid grid, std::size_t object) {
-    ObjectSurface surface = contoured_surface(frame, grid, object);
-    if (static_cast<double>(surface.missed_edges) <= open_share * static_cast<double>(crossing_count(grid)))
-        return surface;
-    take_for_sheets(grid);
-    return contoured_surface(frame, grid, object);
-}
-
-Result<TracedLines> traced_lines(const SceneQueries& queries, std::span<const GridRequest> requests,
-                                 double object_seconds, const Progress& progress) {
-    TracedLines result;
-    result.lines.resize(requests.size());
+Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                       double object_seconds, const Progress& progress) {
+    ObjectSurfaces result;
     if (requests.empty()) return result;
     std::vector<std::vector<double>> rows{std::vector<double>(15, 0.0)};
     std::vector<std::size_t> objects;
+    std::vector<GridFrame> frames;
     for (const GridRequest& request : requests) {
         const GridFrame frame = grid_frame(request);
         rows.push_back({0, double(frame.cells[0]), double(frame.cells[1]), double(frame.cells[2]),
@@ -342,6 +312,7 @@ Result<TracedLines> traced_lines(const SceneQueries& queries, std::span<const Gr
                         frame.scale.z, frame.shift.x, frame.shift.y, frame.shift.z, frame.warp_size,
                         frame.warp_rate});
         objects.push_back(request.object);
+        frames.push_back(frame);
     }
     std::vector<bool> finished(requests.size(), false);
     std::size_t first = 0;  // Row from which POV-Ray continues.
@@ -360,29 +331,38 @@ Result<TracedLines> traced_lines(const SceneQueries& queries, std::span<const Gr
         first = answer.slow_object ? last : requests.size();
         if (progress.report) progress.report("surfaces", std::min(last, requests.size()), requests.size());
     }
+    std::vector<ObjectSurface> surfaces(requests.size());
+    result.crossings.resize(requests.size());
+    std::vector<std::string> texts(requests.size());
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (!finished[i]) continue;
         // A scene may reach fewer objects than it did in the survey, if it uses the clock or the time.
         if (Result<std::string> text = queries.written(fmt::format("hf_lines_{}.txt", i + 1)))
-            result.lines[i] = *std::move(text);
+            texts[i] = *std::move(text);
     }
-    return result;
-}
-
-Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
-                                       double object_seconds, const Progress& progress) {
-    ObjectSurfaces result;
-    HF_TRY(TracedLines traced, traced_lines(queries, requests, object_seconds, progress));
-    result.slow = std::move(traced.slow);
-    std::vector<ObjectSurface> surfaces(requests.size());
-    result.crossings.resize(requests.size());
     const auto contour = [&](std::size_t i) {
-        const GridFrame frame = grid_frame(requests[i]);
-        std::optional<CrossedGrid> grid = crossed_grid(frame, traced.lines[i]);
-        if (!grid) return;
-        traced.lines[i] = {};
-        result.crossings[i] = crossed_box(frame, *grid);
-        surfaces[i] = closed_or_open_surface(frame, *std::move(grid), requests[i].object);
+        CrossedGrid grid;
+        grid.cells = frames[i].cells;
+        if (!read_lines(texts[i], grid)) return;
+        if (frames[i].warp_rate > 0) move_to_grid(frames[i], grid);
+        texts[i] = {};
+        result.crossings[i] = crossed_box(frames[i], grid);
+        ContouredMesh mesh = dual_contour(grid);
+        if (static_cast<double>(mesh.missed_edges) > open_share * static_cast<double>(crossing_count(grid))) {
+            take_for_sheets(grid);
+            mesh = dual_contour(grid);
+        }
+        ObjectSurface& surface = surfaces[i];
+        surface.object = objects[i];
+        for (const Vec3f& position : mesh.positions)
+            surface.positions.emplace_back(frames[i].scene_point(Vec3d(position)));
+        for (std::size_t v = 0; v < mesh.normals.size(); ++v)
+            surface.normals.emplace_back(
+                frames[i].scene_normal(Vec3d(mesh.positions[v]), Vec3d(mesh.normals[v])));
+        surface.triangles = mesh.triangles;
+        surface.sheet_triangles = mesh.sheet_triangles;
+        surface.double_edges = mesh.double_edges;
+        surface.missed_edges = mesh.missed_edges;
     };
     const Result<Done> contoured =
         parallel_loop({requests.size()}, [&] { return LoopBody(contour); }, "contours", {{}, progress.stop});

@@ -20,14 +20,6 @@ struct QueryOptions {
     bool sandboxed = true;                          ///< False: POV-Ray can do what this process can.
 };
 
-/// The relation between the numbers of a scene and the light that POV-Ray displays for them.
-struct SceneGamma {
-    double exponent = 1;     ///< Light is the number to this power: assumed_gamma.
-    bool is_legacy = false;  ///< A scene without assumed_gamma before version 3.7: numbers are sRGB-encoded.
-
-    double light(double number) const;  ///< Linear light of a number.
-};
-
 /// One question: what POV-Ray evaluates before, after and around the scene's text.
 struct SceneQuery {
     bool survey = false, lights = false, sky = false, camera = false, settings = true, extras = false,
@@ -67,15 +59,8 @@ public:
     ~SceneQueries();
 
     const WrappedScene& scene() const { return scene_; }                ///< The rewritten scene.
-    const SceneGamma& gamma() const { return gamma_; }                  ///< Linear before measure_gamma.
     const std::filesystem::path& file() const { return file_; }         ///< The file of the scene.
     const std::filesystem::path& scratch() const { return *scratch_; }  ///< The folder in which POV-Ray runs.
-
-    /// Measures the scene's gamma.
-    ///
-    /// errors  as answer.
-    /// cost    a run of POV-Ray if the scene's text mentions another assumed_gamma than 1.
-    Result<Done> measure_gamma(const Progress& progress = {});
 
     /// Runs POV-Ray.
     ///
@@ -113,7 +98,6 @@ private:
     QueryOptions options_;
     WrappedScene scene_;
     std::shared_ptr<const std::filesystem::path> scratch_;
-    SceneGamma gamma_;
     bool uses_frames_ = false;
 };
 
