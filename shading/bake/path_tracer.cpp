@@ -15,11 +15,6 @@ constexpr std::uint32_t batch_paths = 1024;  ///< Paths that advance together.
 constexpr std::uint32_t lobe_share = 4;      ///< Paths of the diffuse component for each of a lobe.
 constexpr float over_pi = static_cast<float>(1 / pi);
 
-Vec2f as_place(const std::array<double, 2>& point) {
-    // Rounding must not reach 1.
-    return Vec2f(std::min(float(point[0]), 0.99999994f), std::min(float(point[1]), 0.99999994f));
-}
-
 }  // namespace
 
 PathTracer::PathVertex PathTracer::path_vertex(const SurfaceHit& hit, const Vec3f& position) const {

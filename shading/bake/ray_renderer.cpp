@@ -53,9 +53,6 @@ DirectSamples direct_samples(const RayScene& rays, const Counts& counts, std::ui
     const auto places = [&](std::uint32_t technique, std::uint32_t count) {
         return sorted_points(ScrambledSobol(mixed_seed(seed, technique)), count);
     };
-    const auto as_place = [](const std::array<double, 2>& place) {
-        return Vec2f(float(place[0]), float(place[1]));
-    };
     DirectSamples samples;
     samples.environment.reserve(counts.environment);
     for (const std::array<double, 2>& place : places(by_environment, counts.environment))

@@ -55,6 +55,11 @@ std::array<double, 2> ScrambledSobol::operator()(std::uint32_t index) const {
     return {owen_scrambled(digits[0], seeds_[0]) * unit, owen_scrambled(digits[1], seeds_[1]) * unit};
 }
 
+Vec2f as_place(const std::array<double, 2>& point) {
+    constexpr float below_one = 0.99999994f;
+    return Vec2f(std::min(float(point[0]), below_one), std::min(float(point[1]), below_one));
+}
+
 std::vector<std::array<double, 2>> sorted_points(const ScrambledSobol& points, std::uint32_t count) {
     struct Place {
         std::uint32_t code;

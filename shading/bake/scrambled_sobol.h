@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "fields/base/vector.h"
+
 namespace haarfield {
 
 /// Returns a hash of two numbers.
@@ -26,6 +28,9 @@ public:
 private:
     std::array<std::uint32_t, 2> seeds_;
 };
+
+/// Rounds a point of the unit square. Coordinates stay below 1.
+Vec2f as_place(const std::array<double, 2>& point);
 
 /// Returns the first points of a sequence, ordered along a Z-curve: neighbours in the order are mostly near
 /// each other, so that their rays form coherent packets.

@@ -28,7 +28,7 @@ public:
     /// without  an instance to be ignored.
     DistantGroups(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t without);
 
-    /// What the points of a smallest cube have in common.
+    /// The visibility that all points of a smallest cube share, and the instances that they do not share.
     struct Surroundings {
         const TexelTree* distant = nullptr;  ///< Visibility past the groups; null: nothing is hidden.
         std::uint64_t number = 0;            ///< Of `distant`: trees of the same number are equal.

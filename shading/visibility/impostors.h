@@ -1,6 +1,6 @@
 #pragma once
 /// Impostors: masks of an object's silhouette. They replace the object for vertices beyond the samples of its
-/// field, and for all distant vertices if the object is rotated.
+/// field, and for all distant vertices if the object is rotated or one of many.
 
 #include <array>
 #include <span>

@@ -9,6 +9,7 @@
 #include "shading/scene/lighting.h"
 #include "shading/transfer/radiance_transfer.h"
 #include "tests/baselines/product_methods.h"
+#include "tests/fixtures/relative_error.h"
 #include "tests/studies/study.h"
 #include "tests/studies/study_scenes.h"
 
@@ -57,14 +58,10 @@ Shaded shaded_vertices(const ShadedScene& scene, Occlusion occlusion, std::size_
     return result;
 }
 
-/// Returns the relative RMS difference.
-double relative_error(std::span<const Rgb> found, std::span<const Rgb> exact) {
-    double squares = 0, sum = 0;
-    for (std::size_t k = 0; k < found.size(); ++k) {
-        squares += double((found[k] - exact[k]).length2());
-        sum += double(exact[k].length2());
-    }
-    return std::sqrt(squares / sum);
+double relative_rmse(std::span<const Rgb> found, std::span<const Rgb> exact) {
+    RelativeError sum;
+    for (std::size_t k = 0; k < found.size(); ++k) sum.add(Vec3d(found[k]), Vec3d(exact[k]));
+    return sum.rmse();
 }
 
 }  // namespace
@@ -93,7 +90,7 @@ void study_crowd(std::size_t vertices) {
         fmt::print(
             "{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x) {:>7.2f}% {:>6.2f}% {:>10.0f}\n", name,
             scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1],
-            100 * relative_error(found[0].radiance, exact), 100 * relative_error(found[1].radiance, exact),
+            100 * relative_rmse(found[0].radiance, exact), 100 * relative_rmse(found[1].radiance, exact),
             resident_megabytes());
     }
 }

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <cmath>
 
@@ -17,18 +16,10 @@
 #include "shading/scene/turned_light.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/studies/study.h"
+#include "tools/stopwatch.h"
 
 namespace haarfield::baseline {
 namespace {
-
-double processor_seconds() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    const auto seconds = [](const timeval& time) {
-        return double(time.tv_sec) + 1e-6 * double(time.tv_usec);
-    };
-    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 /// Two independent estimates of the radiance at a pixel.
 struct TruePixel {
@@ -109,9 +100,9 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
     settings.bounces.most = any_bounces;
     SceneEntityOptions meshes;
     meshes.fields = search_fields(scene, settings.occlusion);
-    const double start = processor_seconds();
+    const Stopwatch preparation;
     const SceneEntities searched = value_or_exit(prepare_scene_entities(search_start(scene), meshes));
-    const double prepared = processor_seconds() - start;
+    const double prepared = preparation.elapsed().processor;
     scene.camera = scene_camera(scene, searched);
     scene.finds_camera = false;
     if (const float stops = entity_stops(scene, searched, light.environment); stops != 0)
@@ -133,21 +124,21 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
             SceneEntityOptions whole;
             whole.fields_folder = study_fields_folder();
             std::filesystem::remove_all(whole.fields_folder);
-            double before = processor_seconds();
+            const Stopwatch first;
             (void)value_or_exit(prepare_scene_entities(scene, whole));
-            cold = processor_seconds() - before;
-            before = processor_seconds();
+            cold = first.elapsed().processor;
+            const Stopwatch second;
             own = value_or_exit(prepare_scene_entities(scene, whole));
-            warm = processor_seconds() - before;
+            warm = second.elapsed().processor;
         }
         const SceneEntities& entities = bake.error ? searched : own;
         const ShadedScene lit = shaded_scene(scene, entities, light.environment);
-        const double before = processor_seconds();
+        const Stopwatch watch;
         const auto pixels = bake.error ? Preview().points(scene.camera, preview_instances(entities, lit))
                                        : std::vector<std::optional<MeshPoint>>();
         const BakedScene baked =
             value_or_exit(baked_scene(scene, entities, lit, settings, bake, {}, nullptr, pixels));
-        const double spent = processor_seconds() - before;
+        const double spent = watch.elapsed().processor;
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();
         const double error = true_error(baked, scene.camera, truth);

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 
 #include "scenes/scene_reader.h"
 #include "scenes/scene_shading.h"
@@ -9,6 +8,7 @@
 #include "shading/scene/lighting.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/studies/study.h"
+#include "tools/stopwatch.h"
 
 namespace haarfield::baseline {
 namespace {
@@ -21,12 +21,6 @@ double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
             norm += Vec3d(wanted[i][v]).length2();
         }
     return std::sqrt(difference / norm);
-}
-
-double process_seconds() {
-    timespec time;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 }  // namespace
@@ -54,9 +48,9 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         double least = INFINITY;
         SceneColours radiance;
         for (int round = 0; round < 3; ++round) {
-            const double start = process_seconds();
+            const Stopwatch watch;
             radiance = total(value_or_exit(scene_radiance({scene, geometry, light, settings})));
-            least = std::min(least, process_seconds() - start);
+            least = std::min(least, watch.elapsed().processor);
         }
         fmt::print("{:<44} {:>14.1f} {:>12.2f} %\n", title, 1e6 * least / double(count),
                    100 * relative_rmse(radiance, dense));

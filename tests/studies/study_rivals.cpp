@@ -1,7 +1,5 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
 
-#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -16,38 +14,26 @@
 #include "tests/baselines/scene_integrals.h"
 #include "tests/studies/study.h"
 #include "tests/studies/study_scenes.h"
+#include "tools/stopwatch.h"
 
 namespace haarfield::baseline {
 namespace {
 
-/// Times of a computation. [s]
-struct Spent {
-    double processor = 0, wall = 0;
-
-    Spent operator+(const Spent& other) const { return {processor + other.processor, wall + other.wall}; }
-};
-
 /// Returns the times of `repeats` runs: the smallest of each.
 template <class Run>
-Spent spent(int repeats, const Run& run) {
-    const auto processor = [] {
-        rusage usage{};
-        getrusage(RUSAGE_SELF, &usage);
-        const auto seconds = [](const timeval& time) {
-            return double(time.tv_sec) + 1e-6 * double(time.tv_usec);
-        };
-        return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-    };
-    Spent least{INFINITY, INFINITY};
+RunTime spent(int repeats, const Run& run) {
+    RunTime least{INFINITY, INFINITY};
     for (int repeat = 0; repeat < repeats; ++repeat) {
-        const auto start = std::chrono::steady_clock::now();
-        const double before = processor();
+        const Stopwatch watch;
         run();
-        least.processor = std::min(least.processor, processor() - before);
-        least.wall = std::min(
-            least.wall, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        const RunTime time = watch.elapsed();
+        least = {std::min(least.wall, time.wall), std::min(least.processor, time.processor)};
     }
     return least;
+}
+
+RunTime sum(RunTime a, const RunTime& b) {
+    return a += b;
 }
 
 /// A row of the table.
@@ -188,11 +174,11 @@ double equal_samples(const ShadedScene& scene, const std::vector<TrueVertex>& tr
 }
 
 void print_line(const std::string& name, const char* light, std::size_t vertices, double error,
-                double samples, const std::array<Spent, 4>& times) {
+                double samples, const std::array<RunTime, 4>& times) {
     const auto& [cold, warm, rays_cold, rays_warm] = times;
     fmt::print("{:<22} {:>9} {:>6.2f} {:>7.0f}", fmt::format("{}, {}", name, light), vertices, 100 * error,
                samples);
-    for (const Spent& time : {cold, rays_cold, warm, rays_warm})
+    for (const RunTime& time : {cold, rays_cold, warm, rays_warm})
         fmt::print(" {:>8.2f} {:>7.2f}", time.processor, time.wall);
     fmt::print(" {:>6.2f} {:>6.2f} {:>6.2f} {:>6.2f}\n", rays_cold.processor / cold.processor,
                rays_cold.wall / cold.wall, rays_warm.processor / warm.processor, rays_warm.wall / warm.wall);
@@ -212,14 +198,14 @@ void measure(const RivalRow& row, const RivalStudyOptions& options) {
     with_fields.fields_folder = without.fields_folder = folder / "fields";
     without.fields = FieldExtent::none;
     // Without a library, nothing is stored.
-    const Spent meshes_cold =
+    const RunTime meshes_cold =
         spent(options.repeats, [&] { (void)value_or_exit(prepare_scene_entities(scene, without)); });
-    const Spent fields_cold =
+    const RunTime fields_cold =
         spent(1, [&] { (void)value_or_exit(prepare_scene_entities(scene, with_fields)); });
     SceneEntities entities, meshes;
-    const Spent fields_warm =
+    const RunTime fields_warm =
         spent(options.repeats, [&] { entities = value_or_exit(prepare_scene_entities(scene, with_fields)); });
-    const Spent meshes_warm =
+    const RunTime meshes_warm =
         spent(options.repeats, [&] { meshes = value_or_exit(prepare_scene_entities(scene, without)); });
     const Environment light = light_of(row.light);
     const ShadedScene shaded = shaded_scene(scene, entities, light),
@@ -230,7 +216,7 @@ void measure(const RivalRow& row, const RivalStudyOptions& options) {
         RenderSettings settings;
         settings.bounces.most = bounces;
         BakedScene baked;
-        const Spent bake = spent(options.repeats, [&] {
+        const RunTime bake = spent(options.repeats, [&] {
             baked = value_or_exit(baked_scene(scene, entities, shaded, settings, {}));
         });
         std::size_t vertices = 0;
@@ -248,16 +234,16 @@ void measure(const RivalRow& row, const RivalStudyOptions& options) {
                          [&] { (void)value_or_exit(baked_scene(scene, meshes, bare, settings, by_rays)); });
         };
         constexpr double few = 64, many = 256;
-        Spent by_samples = rays(std::min(samples, many));
+        RunTime by_samples = rays(std::min(samples, many));
         if (samples > many) {
-            const Spent less = rays(few);
+            const RunTime less = rays(few);
             const double further = (samples - many) / (many - few);
-            by_samples = {by_samples.processor + further * (by_samples.processor - less.processor),
-                          by_samples.wall + further * (by_samples.wall - less.wall)};
+            by_samples = {by_samples.wall + further * (by_samples.wall - less.wall),
+                          by_samples.processor + further * (by_samples.processor - less.processor)};
         }
-        print_line(
-            row.name, bounces == 0 ? "direct" : "all", vertices, error, samples,
-            {fields_cold + bake, fields_warm + bake, meshes_cold + by_samples, meshes_warm + by_samples});
+        print_line(row.name, bounces == 0 ? "direct" : "all", vertices, error, samples,
+                   {sum(fields_cold, bake), sum(fields_warm, bake), sum(meshes_cold, by_samples),
+                    sum(meshes_warm, by_samples)});
     }
 }
 
