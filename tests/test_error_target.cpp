@@ -125,6 +125,36 @@ TEST(BakeError, ShadingIsComparedWithUnbiasedReferences) {
     EXPECT_EQ(found.indirect.square, 0);
 }
 
+TEST(BakeError, PathsReduceTheNoiseOfSpecularReferences) {
+    LitBox lit;
+    make_accurate(lit);
+    const FineSurface surface(lit.example.scene);
+    const RayScene rays(lit.example.scene);
+    const PathTracer paths(rays, surface);
+    Material glossy = matte(0.0f);
+    glossy.specular = Rgb(0.5f);
+    glossy.shininess = 20;
+    const std::vector<Material> materials{glossy};
+    lit.example.scene.entities[LitBox::floor].materials = materials;
+    // The floor in front of the lit side of the box.
+    const Vec3f at{0.5f, 0, 0.6f};
+    const ShadingPoint seen = shading_point(lit.example.scene, lit.example.scene.instances[LitBox::floor],
+                                            {at, Vec3f(0, 1, 0), at + Vec3f(0, 1e-4f, 0), 0});
+    const auto deviation = [&](std::uint32_t count) {
+        double sum = 0, squares = 0;
+        constexpr std::uint32_t seeds = 32;
+        for (std::uint32_t seed = 0; seed < seeds; ++seed) {
+            const double found =
+                double(paths.indirect_radiance(seen.from, seen.brdf, count, seed).specular.x) / seeds;
+            sum += found;
+            squares += found * found * seeds;
+        }
+        return std::sqrt(squares - sum * sum);
+    };
+    EXPECT_GT(deviation(32), 0);
+    EXPECT_LT(deviation(2048), deviation(32) / 4);
+}
+
 TEST(ErrorTarget, IsReachedAndNotExceededByFar) {
     LitBox lit;
     make_accurate(lit);
@@ -160,6 +190,16 @@ TEST(ErrorTarget, IsReachedAndNotExceededByFar) {
         EXPECT_LE(std::sqrt(error / all), 1.25 * wanted);
         EXPECT_GE(std::sqrt(error / all), wanted / 5);
     }
+}
+
+TEST(ErrorTarget, IsReachedInPicturesThatAreDarkerThanTheScene) {
+    LitBox lit;
+    make_accurate(lit);
+    const std::vector<Material> dark{matte(0.01f)};
+    lit.example.scene.entities[LitBox::floor].materials = dark;
+    const TargetBake bake = *target_bake(lit.shading, {0.03, 100000, false}, floor_points(lit, 16384));
+    EXPECT_EQ(bake.end, SearchEnd::reached);
+    EXPECT_LE(bake.error.total, 0.03);
 }
 
 TEST(ErrorTarget, EndsAtTheVertexBudget) {

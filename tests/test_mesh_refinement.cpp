@@ -157,6 +157,23 @@ TEST(MeshRefinement, CutsFollowHardShadowEdges) {
     }
 }
 
+TEST(MeshRefinement, CutsFirstTheEdgesThatAreLongInTheWorld) {
+    LitBox lit;
+    lit.example.scene.instances[LitBox::floor].placement.scale = 10;
+    lit.geometry = *shading_geometry(lit.example.scene, lit.settings);
+    add_hard_light(lit);
+    // Edges of the floor are shorter than those of the box in the frames of their entities.
+    const std::vector<RadiantMesh> start = lit.radiant(96);
+    const MeshRefiner refiner(lit.shading, {0.01f, 100000, false, true}, start);
+    const auto added_to = [&](std::size_t instance, const DiscontinuityMeshes& cut) {
+        return cut.meshes()[instance].radiance.size() - start[instance].radiance.size();
+    };
+    EXPECT_GT(added_to(LitBox::box, *refiner.cut(100000)), 0u);
+    const DiscontinuityMeshes few = *refiner.cut(refiner.vertices() + 11);
+    EXPECT_GE(added_to(LitBox::floor, few), 10u);
+    EXPECT_EQ(added_to(LitBox::box, few), 0u);
+}
+
 TEST(MeshRefinement, SmoothRadianceIsNotCut) {
     const LitBox lit;
     const MeshRefiner refiner(lit.shading, {0.01f, 100000, false, true}, lit.radiant(80));
@@ -283,6 +300,59 @@ TEST(MeshRefinement, SplitsFewerEdgesOutsideOfThePicture) {
                double(positions.size());
     };
     EXPECT_GT(share_with(true), 1.3 * share_with(false));
+}
+
+TEST(MeshRefinement, WeighsErrorsByTheTintsOfSurfaces) {
+    LitBox lit;
+    const auto vertices_at_right = [&] {
+        const Refinement refined =
+            *refined_radiance(lit.shading, {0.01f, 100000, false, true}, lit.radiant(8));
+        return std::ranges::count_if(refined.meshes[LitBox::floor].mesh.positions,
+                                     [](const Vec3f& p) { return p.x > 0.1f; });
+    };
+    const auto untinted = vertices_at_right();
+    std::vector<Rgb> tints;
+    for (const Vec3f& p : lit.example.scene.entities[LitBox::floor].mesh->positions)
+        tints.emplace_back(p.x > 0.1f ? 0.05f : 1.0f);
+    lit.example.scene.entities[LitBox::floor].tints = tints;
+    EXPECT_LT(3 * vertices_at_right(), 2 * untinted);
+}
+
+TEST(MeshRefinement, DividesTrianglesAroundKnownPointsThatItMisses) {
+    const LitBox lit;
+    const std::vector<RadiantMesh> start = lit.radiant(4);
+    const auto shortest_edge_around = [&](const MeshPoint& at,
+                                          std::span<const MeshRefiner::KnownPoint> known) {
+        MeshRefiner refiner(lit.shading, {0.05f, 100000, false, true}, start);
+        refiner.add_known(known);
+        while (*refiner.step()) {
+        }
+        const auto corners = refiner.located(at).corners;
+        const RadiantMesh mesh = std::move(refiner).finished().meshes[LitBox::floor];
+        double shortest = 4;
+        for (std::size_t k = 0; k < 3; ++k)
+            shortest = std::min(
+                shortest,
+                double(
+                    (mesh.mesh.positions[corners[k]] - mesh.mesh.positions[corners[(k + 1) % 3]]).length()));
+        return shortest;
+    };
+    // A point that is black unlike all others, so that no triangle is small enough.
+    const MeshPoint at{LitBox::floor, 0, 0.3f, 0.4f};
+    const MeshRefiner::KnownPoint black{at, {}};
+    EXPECT_GT(shortest_edge_around(at, {}), 0.1);
+    EXPECT_LT(shortest_edge_around(at, {&black, 1}), 0.01);
+}
+
+TEST(MeshRefinement, ALowerToleranceContinuesIt) {
+    const LitBox lit;
+    MeshRefiner refiner(lit.shading, {0.05f, 100000, false, true}, lit.radiant(10));
+    while (*refiner.step()) {
+    }
+    const std::size_t before = refiner.vertices();
+    refiner.set_tolerance(0.01f);
+    EXPECT_TRUE(*refiner.step());
+    EXPECT_GT(refiner.vertices(), before);
 }
 
 TEST(MeshRefinement, AStepEndsAtTheWantedNumberOfVertices) {

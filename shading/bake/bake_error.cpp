@@ -343,7 +343,8 @@ struct BakeErrorMeter::State {
         return result;
     }
 
-    Interpolation interpolation(const DisplayedRadiance& bake, const StratifiedPoints& points) const {
+    Interpolation interpolation(const DisplayedRadiance& bake, const StratifiedPoints& points,
+                                double wanted = 0) const {
         std::vector<WeightedValues> strata;
         for (const double weight : points.weights) strata.push_back({weight, {}});
         Interpolation result;
@@ -357,6 +358,13 @@ struct BakeErrorMeter::State {
             if (error > result.worst.error) result.worst = {shown.displayed, error, true};
         }
         result.square = estimate(strata, scale());
+        std::vector<std::size_t> numbers(strata.size());
+        for (std::size_t k = 0; k < points.points.size() && wanted > 0; ++k) {
+            const WeightedValues& stratum = strata[points.stratum[k]];
+            const double square = stratum.values[numbers[points.stratum[k]]++];
+            if (square * scale() * stratum.weight / double(stratum.values.size()) > wanted * wanted / 64)
+                result.largest.push_back({points.points[k].displayed.at, points.points[k].radiance()});
+        }
         return result;
     }
 
@@ -409,9 +417,10 @@ Result<SquareEstimate> BakeErrorMeter::steering_error(const DisplayedRadiance& b
 Result<BakeErrorMeter::Interpolation> BakeErrorMeter::interpolation_error(const DisplayedRadiance& bake,
                                                                           std::uint32_t seed,
                                                                           std::size_t count,
-                                                                          const Progress& progress) {
+                                                                          const Progress& progress,
+                                                                          double wanted) {
     HF_TRY(const StratifiedPoints points, state_->stratified(bake, seed, count, progress));
-    return state_->interpolation(bake, points);
+    return state_->interpolation(bake, points, wanted);
 }
 
 Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const DisplayedRadiance& bake,

@@ -114,14 +114,18 @@ public:
         WorstPoint worst;
         std::size_t points = 0;
         std::vector<Stratum> strata;  ///< Empty: without references.
+        /// The points that each contribute more than a 64th of the wanted mean square, with their radiance.
+        std::vector<MeshRefiner::KnownPoint> largest;
     };
     /// Measures interpolation at other points for each seed: strata by octaves of Displayed::difference, with
     /// Neyman's allocation.
     ///
+    /// wanted  error that Interpolation::largest refers to; 0: none is listed.
     /// cost    50 us for each of `count` points.
     /// errors  interrupted.
     Result<Interpolation> interpolation_error(const DisplayedRadiance& bake, std::uint32_t seed,
-                                              std::size_t count = 2048, const Progress& progress = {});
+                                              std::size_t count = 2048, const Progress& progress = {},
+                                              double wanted = 0);
 
     /// Measures interpolation at more points, and compares the shading of some of them with references.
     ///

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace haarfield {
@@ -27,7 +28,8 @@ struct CutEdge {
     std::size_t instance = 0;
     std::uint32_t edge = 0;
     EdgeBisection::Side side;
-    float whole = 0;  ///< Difference between the ends of the edge.
+    float whole = 0;   ///< Difference between the ends of the edge.
+    float tinted = 0;  ///< The same with tints.
     End low, high;
     bool is_open = true;  ///< May become shorter.
 
@@ -59,7 +61,12 @@ std::vector<CutEdge> candidates(std::span<const UncutMesh> meshes, float contras
             edge.low.radiance = mesh.radiance[edge.side.low];
             edge.high.radiance = mesh.radiance[edge.side.high];
             edge.whole = channel_difference(edge.low.radiance, edge.high.radiance);
-            if (edge.whole > contrast) edges.push_back(std::move(edge));
+            const Rgb tint = mesh.tints.empty()
+                                 ? Rgb(1.0f)
+                                 : (mesh.tints[edge.side.low] + mesh.tints[edge.side.high]) * 0.5f;
+            edge.tinted =
+                channel_difference(tinted(edge.low.radiance, tint), tinted(edge.high.radiance, tint));
+            if (edge.tinted > contrast) edges.push_back(std::move(edge));
         }
     }
     return edges;
@@ -108,29 +115,51 @@ Result<Done> halve(const PointShading& shading, std::span<const UncutMesh> meshe
     return Done{};
 }
 
-/// True if a sample of the edges has enough discontinuities for the others to be searched.
+/// Returns the difference between the ends of an edge times its length in the world. [W/(m sr)]
+double gain_of(const ShadedScene& scene, std::span<const UncutMesh> meshes, const CutEdge& edge) {
+    return double(edge.tinted) * double(scene.instances[edge.instance].placement.scale) *
+           std::sqrt(meshes[edge.instance].bisection->squared_length(edge.edge));
+}
+
+/// True if a sample of the edges has enough discontinuities for the others to be searched. The probability of
+/// an edge is about proportional to the square error that a discontinuity on it would cause, which is the
+/// square of the difference times an area.
 Result<bool> are_worthwhile(const PointShading& shading, std::span<const UncutMesh> meshes,
                             const PlacedSolids& solids, const std::vector<CutEdge>& edges,
                             const Progress& progress) {
     constexpr std::size_t sample_size = 256;
-    constexpr double least_share = 0.25;
+    constexpr double least_share = 0.4;
     if (edges.size() <= sample_size) return true;
+    std::vector<double> up_to;  // Sums of the squares of gains.
+    for (const CutEdge& edge : edges)
+        up_to.push_back((up_to.empty() ? 0 : up_to.back()) +
+                        std::pow(gain_of(shading.scene, meshes, edge), 2));
     std::vector<CutEdge> sample;
-    for (std::size_t n = 0; n < sample_size; ++n) sample.push_back(edges[n * edges.size() / sample_size]);
+    std::vector<std::size_t> times;  // By edge of the sample: how often it was chosen.
+    for (std::size_t n = 0, next = 0, last = edges.size(); n < sample_size; ++n) {
+        const double place = (double(n) + 0.5) / double(sample_size) * up_to.back();
+        while (next + 1 < edges.size() && up_to[next] < place) ++next;
+        if (next != last) {
+            sample.push_back(edges[next]);
+            times.push_back(0);
+        }
+        ++times.back();
+        last = next;
+    }
     for (int step = 0; step < bisections; ++step)
         HF_TRY_DONE(halve(shading, meshes, solids, sample, progress));
-    const auto found =
-        std::ranges::count_if(sample, [](const CutEdge& edge) { return edge.length() <= longest; });
+    std::size_t found = 0;
+    for (std::size_t n = 0; n < sample.size(); ++n)
+        if (sample[n].length() <= longest) found += times[n];
     return double(found) >= least_share * double(sample_size);
 }
 
 /// Keeps the edges whose discontinuity was found, as many as the vertices allow.
-void choose(std::span<const UncutMesh> meshes, std::size_t most_vertices, std::vector<CutEdge>& edges) {
+void choose(const ShadedScene& scene, std::span<const UncutMesh> meshes, std::size_t most_vertices,
+            std::vector<CutEdge>& edges) {
     std::erase_if(edges, [](const CutEdge& edge) { return edge.length() > longest; });
-    const auto gain = [&](const CutEdge& edge) {
-        return double(edge.whole) * std::sqrt(meshes[edge.instance].bisection->squared_length(edge.edge));
-    };
-    std::ranges::stable_sort(edges, std::ranges::greater(), gain);
+    std::ranges::stable_sort(edges, std::ranges::greater(),
+                             [&](const CutEdge& edge) { return gain_of(scene, meshes, edge); });
     std::size_t vertices = 0, chosen = 0;
     for (const UncutMesh& mesh : meshes) vertices += mesh.radiance.size();
     for (; chosen < edges.size(); ++chosen) {
@@ -249,7 +278,7 @@ Result<DiscontinuityMeshes> DiscontinuityMeshes::make(const PointShading& shadin
     if (!is_worthwhile) edges.clear();
     for (int step = 0; step < bisections; ++step)
         HF_TRY_DONE(halve(shading, meshes, solids, edges, progress));
-    choose(meshes, most_vertices, edges);
+    choose(shading.scene, meshes, most_vertices, edges);
 
     DiscontinuityMeshes result;
     result.cut_edges_ = edges.size();

@@ -15,6 +15,7 @@ struct UncutMesh {
     std::span<const Outgoing> radiance;                ///< By vertex. [W/(m^2 sr)]
     const LocalSamples* samples = nullptr;             ///< Of the vertices.
     std::span<const GatheredIrradiance> irradiance{};  ///< By vertex.
+    std::span<const Rgb> tints{};                      ///< By vertex; empty: all are 1.
     std::vector<bool> candidates;                      ///< By edge: true if it may be cut.
 };
 
@@ -29,7 +30,7 @@ public:
     /// where vertices have the same place, are not cut. There are no T-junctions. Nothing is cut if a sample
     /// of the edges has few discontinuities.
     ///
-    /// contrast       smallest difference between the ends of an edge, summed over the channels.
+    /// contrast       smallest difference between the ends of an edge, with tints, summed over the channels.
     /// most_vertices  of all meshes; the edges with the largest difference times length are cut first.
     /// accuracy       bit-identical for any number of threads.
     /// cost           up to seven shaded points per candidate with that contrast.

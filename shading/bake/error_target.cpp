@@ -33,8 +33,9 @@ constexpr double largest_cut_error = 10;
 /// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
 /// did not reduce the mean square error to the share `helpful_cut`.
 constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
-/// Edges with errors below this share of the target are not split.
-constexpr double tolerated_share = 0.25;
+/// Edges with errors below this share of the target are not split. If this ends the refinement too early,
+/// the share is halved down to the second one.
+constexpr double tolerated_share = 0.25, least_tolerated_share = 0.25 / 16;
 
 /// Returns an end of the interval that contains 90 % of the estimates of a mean square.
 ///
@@ -86,15 +87,22 @@ public:
 
     Result<Done> operator()(std::vector<RadiantMesh> start, VertexMask visible, TargetBake& bake,
                             const Progress& progress) {
-        MeshRefiner refiner(shading_,
-                            {static_cast<float>(tolerated_share * target_.error), target_.vertex_budget,
-                             target_.by_view, true},
-                            std::move(start), std::move(visible));
+        double tolerated = tolerated_share;
+        MeshRefiner refiner(
+            shading_,
+            {static_cast<float>(tolerated * target_.error), target_.vertex_budget, target_.by_view, true},
+            std::move(start), std::move(visible));
         std::size_t next = 0;  // vertices at which errors are measured again
         for (bool can_refine = true;;) {
             if (refiner.vertices() >= next || !can_refine) {
-                HF_TRY(const bool done, is_done(refiner, !can_refine, progress));
-                if (done || !can_refine) break;
+                const bool is_last = !can_refine && (is_budget_used_up_ || refiner.is_budget_used_up() ||
+                                                     tolerated <= least_tolerated_share);
+                HF_TRY(const bool done, is_done(refiner, is_last, progress));
+                if (done || is_last) break;
+                if (!can_refine) {
+                    tolerated /= 2;
+                    refiner.set_tolerance(static_cast<float>(tolerated * target_.error));
+                }
                 next = refiner.vertices() + refiner.vertices() / 25;
             }
             const auto most = static_cast<std::size_t>(growth_ * double(refiner.vertices()));
@@ -136,7 +144,7 @@ private:
     }
 
     /// Measures the current meshes, and chooses between sampled and fitted colours and cut meshes.
-    Result<bool> is_done(const MeshRefiner& refiner, bool is_last, const Progress& progress) {
+    Result<bool> is_done(MeshRefiner& refiner, bool is_last, const Progress& progress) {
         fitted_.reset();
         cut_.reset();
         HF_TRY(SquareEstimate error, meter_.steering_error(shown(refiner), progress));
@@ -161,7 +169,8 @@ private:
         ++seed_;
         for (const std::size_t points : {2048, 8192}) {
             HF_TRY(const BakeErrorMeter::Interpolation between,
-                   meter_.interpolation_error(shown(refiner), seed_, points, progress));
+                   meter_.interpolation_error(shown(refiner), seed_, points, progress, target_.error));
+            refiner.add_known(between.largest);
             set_growth(between.square);
             if (is_enough(refiner, interval_end(between.square, 19), margin)) return true;
             if (!is_enough(refiner, interval_end(between.square, 1), 1)) return false;
@@ -205,7 +214,7 @@ private:
     ///
     /// share  of the target.
     bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between, double share) const {
-        const double total = meter_.error(shown(refiner), {between, {}, 0, {}}, measured_).total;
+        const double total = meter_.error(shown(refiner), {between, {}, 0, {}, {}}, measured_).total;
         return total <= share * target_.error || (root(measured_.all.square) > share * target_.error &&
                                                   root(between.square) <= least_share * target_.error);
     }

@@ -19,6 +19,8 @@ constexpr float not_shaded = -1;
 constexpr float interpolated_length = 0.1f, least_cosine = 0.995f, largest_difference = 0.05f;
 /// The smallest difference between the ends of edges that are cut, in tolerances.
 constexpr float cut_contrast = 8;
+/// The smallest errors of KnownPoints for which triangles are divided, in tolerances.
+constexpr float known_error = 8;
 /// The weight of errors that are not in the picture.
 constexpr double hidden_share = 0.25;
 
@@ -32,8 +34,10 @@ struct Middle {
     float error = not_shaded;  ///< The largest error of all sides.
     /// Before it is shaded: the largest error in the triangles that were split to make this edge.
     float expected = std::numeric_limits<float>::infinity();
-    bool is_visible = true;                      ///< Both ends are in the picture, on any side.
-    float difference = 0;                        ///< The largest difference of all sides, not relative.
+    float known = 0;         ///< The largest error of KnownPoints in triangles whose longest edge it is.
+    bool is_final = false;   ///< It cannot be split.
+    bool is_visible = true;  ///< Both ends are in the picture, on any side.
+    float difference = 0;    ///< The largest difference of all sides, not relative.
     std::vector<Outgoing> radiance;              ///< By EdgeBisection::sides.
     LocalSamples samples;                        ///< By EdgeBisection::sides.
     std::vector<GatheredIrradiance> irradiance;  ///< By EdgeBisection::sides.
@@ -46,6 +50,7 @@ struct RefinedInstance {
     LocalSamples samples;
     std::vector<std::uint8_t> visible;           ///< By vertex: false if it is not in the picture.
     std::vector<GatheredIrradiance> irradiance;  ///< By vertex.
+    std::vector<Rgb> tints;                      ///< ShadedEntity::tints, also of added vertices.
     std::vector<Middle> middles;                 ///< By edge.
     float scale;
     double shortest;  ///< Edges below twice this length are not split, in the entity's frame. [m]
@@ -53,6 +58,11 @@ struct RefinedInstance {
     bool is_shaded(std::uint32_t edge) const { return middles[edge].error != not_shaded; }
     double length(std::uint32_t edge) const { return std::sqrt(bisection.squared_length(edge)); }
     bool can_be_split(std::uint32_t edge) const { return length(edge) >= 2 * shortest; }
+
+    /// Returns the mean tint of two vertices.
+    Rgb tint(std::uint32_t a, std::uint32_t b) const {
+        return tints.empty() ? Rgb(1.0f) : (tints[a] + tints[b]) * 0.5f;
+    }
 
     /// Returns the longest edge; of equal ones that with the smallest index, so that neighbours agree.
     std::uint32_t longest_edge(std::uint32_t triangle) const {
@@ -80,6 +90,7 @@ struct MeshRefiner::State {
     }
 
     Result<bool> step(const Progress& progress, std::size_t most_vertices) {
+        compare_known();
         HF_TRY_DONE(shade_middles(new_candidates(), progress));
         std::vector<InstanceEdge> splits = best_splits(most_vertices);
         if (splits.empty() && !budget_used_up_) {
@@ -107,6 +118,29 @@ struct MeshRefiner::State {
         for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle))
             result.difference = std::max(result.difference, instance.middles[edge].difference);
         return result;
+    }
+
+    /// Sets Middle::known.
+    void compare_known() {
+        for (RefinedInstance& instance : instances_)
+            for (Middle& middle : instance.middles) middle.known = 0;
+        std::erase_if(known_, [&](const KnownPoint& point) {
+            RefinedInstance& instance = instances_[point.at.instance];
+            const Located found = located(point.at);
+            Outgoing interpolated;
+            Rgb tint(instance.tints.empty() ? 1.0f : 0.0f);
+            for (std::size_t k = 0; k < 3; ++k) {
+                interpolated += instance.radiance[found.corners[k]] * found.weights[k];
+                if (!instance.tints.empty()) tint += instance.tints[found.corners[k]] * found.weights[k];
+            }
+            const float here = error(point.radiance, interpolated, tint);
+            const std::uint32_t edge = instance.longest_edge(found.triangle);
+            if (here <= known_error * tolerance_ || !instance.can_be_split(edge) ||
+                instance.middles[edge].is_final)
+                return true;
+            instance.middles[edge].known = std::max(instance.middles[edge].known, here);
+            return false;
+        });
     }
 
     std::vector<Outgoing> fitted(const RefinedInstance& instance) const {
@@ -142,7 +176,7 @@ struct MeshRefiner::State {
             for (std::size_t edge = 0; edge < candidates.size(); ++edge)
                 candidates[edge] = instance.middles[edge].is_visible;
             meshes.push_back({&instance.bisection, instance.radiance, &instance.samples, instance.irradiance,
-                              std::move(candidates)});
+                              instance.tints, std::move(candidates)});
         }
         return DiscontinuityMeshes::make(shading_, meshes, solids_, cut_contrast * wanted_.tolerance * mean_,
                                          most_vertices, progress);
@@ -170,7 +204,11 @@ struct MeshRefiner::State {
         for (std::size_t i = 0; i < start.size(); ++i) {
             const ShadedInstance& instance = shading_.scene.instances[i];
             const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds().radius();
-            for (const Outgoing& value : start[i].radiance) sum += channel_sum(value);
+            // Other meshes than the fine ones have no tints.
+            std::span<const Rgb> tints = shading_.scene.entities[instance.entity].tints;
+            if (tints.size() != start[i].radiance.size()) tints = {};
+            for (std::size_t v = 0; v < start[i].radiance.size(); ++v)
+                sum += channel_sum(tinted(start[i].radiance[v], tints.empty() ? Rgb(1.0f) : tints[v]));
             vertices_ += start[i].radiance.size();
             if (visible.size() <= i) visible.emplace_back(start[i].radiance.size(), true);
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
@@ -178,6 +216,7 @@ struct MeshRefiner::State {
                                   std::move(start[i].samples),
                                   std::move(visible[i]),
                                   std::move(start[i].irradiance),
+                                  {tints.begin(), tints.end()},
                                   {},
                                   instance.placement.scale,
                                   5e-4 * double(radius)});
@@ -215,9 +254,10 @@ struct MeshRefiner::State {
     }
 
     /// The error of a value that was found between two others, whose mean would be taken for it.
-    float error(const Outgoing& found, const Outgoing& interpolated) const {
-        const float size = (wanted_.is_absolute ? 0 : channel_sum(interpolated)) + mean_;
-        return size > 0 ? channel_difference(found, interpolated) / size : 0;
+    float error(const Outgoing& found, const Outgoing& interpolated, const Rgb& tint) const {
+        const Outgoing expected = tinted(interpolated, tint);
+        const float size = (wanted_.is_absolute ? 0 : channel_sum(expected)) + mean_;
+        return size > 0 ? channel_difference(tinted(found, tint), expected) / size : 0;
     }
 
     /// Returns the edges whose middles must be shaded and have not been.
@@ -232,13 +272,14 @@ struct MeshRefiner::State {
                 for (std::size_t k = 0; k < 3; ++k) {
                     const std::uint32_t edge = instance.bisection.edges_of(t)[k];
                     if (instance.is_shaded(edge) || is_candidate[edge]) continue;
-                    const Outgoing& a = instance.radiance[mesh.triangles[t][k]];
-                    const Outgoing& b = instance.radiance[mesh.triangles[t][(k + 1) % 3]];
-                    const float across = error(a, b);
+                    const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+                    const float across =
+                        error(instance.radiance[a], instance.radiance[b], instance.tint(a, b));
                     is_candidate[edge] =
-                        (edge == longest || across > wanted_.tolerance) && instance.can_be_split(edge) &&
-                        gain_of(i, edge, std::max(instance.middles[edge].expected, across / 2)) >=
-                            least_gain_;
+                        (edge == longest || across > tolerance_) && instance.can_be_split(edge) &&
+                        (instance.middles[edge].known > 0 ||
+                         gain_of(i, edge, std::max(instance.middles[edge].expected, across / 2)) >=
+                             least_gain_);
                     if (is_candidate[edge]) candidates.push_back({i, edge});
                 }
             }
@@ -256,6 +297,7 @@ struct MeshRefiner::State {
             std::optional<SurfacePoint> point;  ///< Absent if the middle is buried.
             Outgoing interpolated;
             GatheredIrradiance irradiance;
+            Rgb tint;
         };
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
@@ -276,7 +318,8 @@ struct MeshRefiner::State {
                     irradiance = interpolated ? *interpolated
                                               : shading_.indirect->gathered_at(shading_.scene, i, *point);
                 }
-                middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f, irradiance});
+                middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f, irradiance,
+                                      instance.tint(side.low, side.high)});
             }
         });
         std::vector<InstancePoint> points;
@@ -294,7 +337,8 @@ struct MeshRefiner::State {
                 middle.samples.points.push_back(side.point ? side.point->sample : Vec3f(0.0f));
                 middle.samples.buried.push_back(!side.point);
                 middle.irradiance.push_back(side.irradiance);
-                middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
+                middle.error =
+                    std::max(middle.error, error(middle.radiance.back(), side.interpolated, side.tint));
                 middle.difference = std::max(middle.difference,
                                              channel_difference(middle.radiance.back(), side.interpolated));
             }
@@ -328,12 +372,14 @@ struct MeshRefiner::State {
         std::vector<double> gains;
         double largest = 0;
         for (std::size_t i = 0; i < instances_.size(); ++i)
-            for (std::uint32_t edge = 0; edge < instances_[i].middles.size(); ++edge)
-                if (instances_[i].middles[edge].error > wanted_.tolerance) {
-                    beyond.push_back({i, edge});
-                    gains.push_back(gain(i, edge));
-                    largest = std::max(largest, gains.back());
-                }
+            for (std::uint32_t edge = 0; edge < instances_[i].middles.size(); ++edge) {
+                const Middle& middle = instances_[i].middles[edge];
+                const bool is_known = middle.known > 0 && middle.error != not_shaded;
+                if (!is_known && middle.error <= tolerance_) continue;
+                beyond.push_back({i, edge});
+                gains.push_back(is_known ? std::numeric_limits<double>::infinity() : gain(i, edge));
+                if (!is_known) largest = std::max(largest, gains.back());
+            }
         std::vector<std::size_t> order;
         for (std::size_t n = 0; n < beyond.size(); ++n)
             if (gains[n] >= 0.5 * largest) order.push_back(n);
@@ -384,15 +430,19 @@ struct MeshRefiner::State {
         for (const auto [i, edge] : edges) {
             RefinedInstance& instance = instances_[i];
             std::vector<std::uint8_t> are_visible;
-            for (const EdgeBisection::Side& side : instance.bisection.sides(edge))
+            std::vector<Rgb> tints;
+            for (const EdgeBisection::Side& side : instance.bisection.sides(edge)) {
                 are_visible.push_back(instance.visible[side.low] && instance.visible[side.high]);
+                if (!instance.tints.empty()) tints.push_back(instance.tint(side.low, side.high));
+            }
             float expected = 0;
             for (const std::uint32_t t : instance.bisection.edges()[edge].triangles)
                 for (const std::uint32_t e : instance.bisection.edges_of(t))
                     expected = std::max(expected, instance.is_shaded(e) ? instance.middles[e].error
                                                                         : instance.middles[e].expected);
             if (!instance.bisection.split(edge)) {
-                instance.middles[edge].error = 0;  // cannot be split further
+                instance.middles[edge].error = 0;
+                instance.middles[edge].is_final = true;
                 continue;
             }
             const std::size_t before = instance.middles.size();
@@ -404,6 +454,7 @@ struct MeshRefiner::State {
             append(instance.samples.points, middle.samples.points);
             append(instance.samples.buried, middle.samples.buried);
             append(instance.visible, are_visible);
+            append(instance.tints, tints);
             append(instance.irradiance, middle.irradiance);
             instance.middles.resize(instance.bisection.edges().size());
             const auto begin_edge = [&](std::uint32_t e) {
@@ -427,12 +478,14 @@ struct MeshRefiner::State {
 
     const PointShading shading_;
     const RefinementSettings wanted_;
+    float tolerance_ = wanted_.tolerance;
     const PlacedSolids solids_;
     std::vector<RefinedInstance> instances_;
     std::size_t vertices_ = 0;
     bool budget_used_up_ = false;
     double least_gain_ = 0;  ///< Middles with a smaller expected gain are not shaded yet.
     float mean_ = 0;         ///< Radiance of the vertices at the start, added over the channels.
+    std::vector<KnownPoint> known_;
     Refinement result_;
 };
 
@@ -443,6 +496,12 @@ MeshRefiner::~MeshRefiner() = default;
 
 Result<bool> MeshRefiner::step(const Progress& progress, std::size_t most_vertices) {
     return state_->step(progress, most_vertices);
+}
+void MeshRefiner::set_tolerance(float tolerance) {
+    state_->tolerance_ = tolerance;
+}
+void MeshRefiner::add_known(std::span<const KnownPoint> points) {
+    state_->known_.insert(state_->known_.end(), points.begin(), points.end());
 }
 std::size_t MeshRefiner::vertices() const {
     return state_->vertices_;

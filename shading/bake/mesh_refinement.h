@@ -18,7 +18,8 @@ inline constexpr std::size_t refinement_share = 6;
 /// The limits of a refinement.
 struct RefinementSettings {
     /// Largest difference between the radiance at the middle of an edge and its interpolation, relative to
-    /// the radiance plus the scene's mean radiance; each is summed over the channels. The tolerance is
+    /// the radiance plus the scene's mean radiance; each has the tints of the surface and is summed over the
+    /// channels. The tolerance is
     /// therefore relative in bright and absolute in dark regions, for any exposure.
     float tolerance = 0.01f;
     std::size_t vertex_budget = 60000;  ///< Over all instances.
@@ -68,6 +69,18 @@ public:
     /// errors         interrupted; then the refiner is of no use.
     Result<bool> step(const Progress& progress = {},
                       std::size_t most_vertices = std::numeric_limits<std::size_t>::max());
+
+    /// Replaces RefinementSettings::tolerance in the next steps. Cuts depend on the first one.
+    void set_tolerance(float tolerance);
+
+    /// A point of the mesh at the start, and its radiance. [W/(m^2 sr)]
+    struct KnownPoint {
+        MeshPoint at;
+        Outgoing radiance;
+    };
+    /// Adds points. Steps divide their triangles while interpolation is wrong there, even if it is right in
+    /// the middles of edges: the triangles contain something small.
+    void add_known(std::span<const KnownPoint> points);
 
     std::size_t vertices() const;    ///< Of all instances.
     bool is_budget_used_up() const;  ///< True if the last step split fewer edges because of the budget.

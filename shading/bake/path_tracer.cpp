@@ -274,7 +274,7 @@ Outgoing PathTracer::indirect_radiance(const Vec3f& from, const VertexBrdf& brdf
             return as_place(samples.first(std::min(k * lobe_share + lobe_share / 2, samples.paths() - 1)));
         },
         [&](std::uint32_t k, const LobeRay& ray) {
-            starts.push_back({ray.direction.normalized(), std::min(k * lobe_share, samples.paths() - 1)});
+            starts.push_back({ray.direction.normalized(), k});
             weights.push_back((Rgb(1.0f) - brdf.metallic * ray.metallic) * ray.weight);
         });
     radiance.resize(starts.size());

@@ -21,6 +21,11 @@ inline float channel_difference(const Outgoing& a, const Outgoing& b) {
     return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
 }
 
+/// Returns the radiance that a surface with this tint (ShadedEntity::tints) displays.
+inline Outgoing tinted(const Outgoing& radiance, const Rgb& tint) {
+    return {radiance.diffuse * tint, radiance.specular};
+}
+
 /// A mesh whose vertices can be shaded, in the frame of the instance's entity. Its pointers must outlive it.
 struct SampledMesh {
     const Mesh* mesh = nullptr;

@@ -77,6 +77,8 @@ struct ErrorStudyOptions {
     std::string environment;    ///< A lat-long image; empty: the scene's environment.
     int width = 0;              ///< Of the picture; 0: the scene's. [pixels]
     std::size_t pixels = 1500;  ///< At which the truth is computed.
+    /// Folder for a picture of each bake and a list of its largest errors; empty: none.
+    std::filesystem::path pictures;
 };
 
 /// Measures the true error of bakes by two independent estimates of the radiance at pixels, with rays and

@@ -1,9 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <random>
 
 #include "bridge/pictures/preview.h"
 #include "fields/base/parallel_loop.h"
+#include "fields/file/write_file.h"
 #include "scenes/bake_search.h"
 #include "scenes/scene_bake.h"
 #include "scenes/scene_camera.h"
@@ -65,11 +69,25 @@ std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedSc
     return points;
 }
 
+/// The true error of a bake.
+struct TrueError {
+    double error = 0;            ///< Relative RMSE; negative if noise makes its square negative.
+    double low = 0, high = 0;    ///< The 90 % interval by resampling of the pixels.
+    std::vector<double> shares;  ///< Of the sum of squares, by pixel of the truth.
+};
+
+double signed_root(double square) {
+    return square > 0 ? std::sqrt(square) : -std::sqrt(-square);
+}
+
 /// Returns the error of a bake: the root of mean((b - r1) (b - r2)), to which noise does not contribute.
-double true_error(const BakedScene& baked, const Camera& camera, const std::vector<TruePixel>& truth) {
+TrueError true_error(const BakedScene& baked, const Camera& camera, const std::vector<TruePixel>& truth) {
     const auto pixels = Preview().points(camera, baked.instances);
-    double error = 0, all = 0;
+    TrueError result;
+    std::vector<double> sizes;
     for (const TruePixel& point : truth) {
+        result.shares.push_back(0);
+        sizes.push_back(0);
         const std::optional<MeshPoint>& at = pixels[point.pixel];
         if (!at || at->instance != point.displayed.at.instance) continue;
         const Mesh& mesh = *baked.instances[at->instance].mesh;
@@ -79,10 +97,58 @@ double true_error(const BakedScene& baked, const Camera& camera, const std::vect
         for (std::size_t c = 0; c < 3; ++c)
             shown += values[mesh.triangles[at->triangle][c]] * at->weights()[c];
         const Vec3d here = point.displayed.displayed(shown);
-        error += (here - point.radiance[0]).dot(here - point.radiance[1]);
-        all += point.radiance[0].dot(point.radiance[1]);
+        result.shares.back() = (here - point.radiance[0]).dot(here - point.radiance[1]);
+        sizes.back() = point.radiance[0].dot(point.radiance[1]);
     }
-    return error > 0 ? std::sqrt(error / all) : -std::sqrt(-error / all);
+    const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
+    const double error = std::accumulate(result.shares.begin(), result.shares.end(), 0.0);
+    result.error = signed_root(error / all);
+    std::vector<double> resampled;
+    std::mt19937 random(37);
+    for (int n = 0; n < 400; ++n) {
+        double errors = 0, whole = 0;
+        for (std::size_t k = 0; k < sizes.size(); ++k) {
+            const std::size_t drawn = random() % sizes.size();
+            errors += result.shares[drawn];
+            whole += sizes[drawn];
+        }
+        resampled.push_back(signed_root(errors / whole));
+    }
+    std::ranges::sort(resampled);
+    result.low = resampled[20];
+    result.high = resampled[380];
+    for (double& share : result.shares) share /= error;
+    return result;
+}
+
+const char* end_of(SearchEnd end) {
+    switch (end) {
+        case SearchEnd::reached: return "reached";
+        case SearchEnd::vertex_budget: return "vertex budget";
+        case SearchEnd::short_edges: return "short edges";
+        case SearchEnd::direct_light: return "direct light";
+        case SearchEnd::indirect_light: return "indirect light";
+    }
+    return "";
+}
+
+/// Draws a bake, and lists the pixels with the largest shares of its square error.
+void write_findings(const std::filesystem::path& file, const BakedScene& baked, const Camera& camera,
+                    const std::vector<TruePixel>& truth, const TrueError& error,
+                    const LatLongImage& background) {
+    const Image picture = Preview().draw(camera, baked.instances, [&](const Vec3f& direction) {
+        return radiance_from(background, Vec3d(direction));
+    });
+    value_or_exit(write_image(picture, file.string() + ".png"));
+    std::vector<std::size_t> order(truth.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t k) { return error.shares[k]; });
+    std::string lines = "column,row,instance,share\n";
+    for (const std::size_t k : order)
+        lines += fmt::format("{},{},{},{:.6f}\n", truth[k].pixel % std::size_t(camera.width),
+                             truth[k].pixel / std::size_t(camera.width), truth[k].displayed.at.instance,
+                             error.shares[k]);
+    value_or_exit(write_file(file.string() + ".csv", lines));
 }
 
 }  // namespace
@@ -110,8 +176,9 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
     const ShadedScene shaded = shaded_scene(scene, searched, light.environment);
     const std::vector<TruePixel> truth =
         true_pixels(searched, shaded, scene.camera, settings, options.pixels);
-    fmt::print("{:<28} {:>9} {:>9} {:>9} {:>8} {:>8} {:>18} {:>8} {:>8} {:>8} {:>6}\n", "bake", "vertices",
-               "cold CPU", "warm CPU", "true %", "said %", "90 %", "between", "vertex", "indirect", "rays");
+    fmt::print("{:<8} {:>8} {:>8} {:>8} {:>7} {:>13} {:>7} {:>13} {:>7} {:>7} {:>8} {:>5}\n", "bake",
+               "vertices", "cold CPU", "warm CPU", "true %", "90 %", "said %", "90 %", "between", "vertex",
+               "indirect", "rays");
     for (const std::string& target : options.targets) {
         BakeOptions bake;
         if (target == "refine")
@@ -141,16 +208,21 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         const double spent = watch.elapsed().processor;
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();
-        const double error = true_error(baked, scene.camera, truth);
-        fmt::print("{:<28} {:>9} {:>9.1f} {:>9.1f} {:>8.2f}", target, vertices, cold + spent, warm + spent,
-                   100 * error);
+        const TrueError error = true_error(baked, scene.camera, truth);
+        fmt::print("{:<8} {:>8} {:>8.1f} {:>8.1f} {:>7.2f} {:>13}", target, vertices, cold + spent,
+                   warm + spent, 100 * error.error,
+                   fmt::format("{:.2f} to {:.2f}", 100 * error.low, 100 * error.high));
         if (baked.search) {
             const BakeError& said = baked.search->error;
-            fmt::print(" {:>8.2f} {:>18} {:>8.2f} {:>8.2f} {:>8.2f} {:>6} {}", 100 * said.total,
-                       fmt::format("{:.2f} to {:.2f}", 100 * said.low, 100 * said.high), 100 * said.between,
-                       100 * said.at_vertices, 100 * said.indirect, baked.search->gathering_rays,
-                       baked.search->fitted ? "fitted" : "sampled");
+            fmt::print(" {:>7.2f} {:>13} {:>7.2f} {:>7.2f} {:>8.2f} {:>5} {}, {}, {} cut edges",
+                       100 * said.total, fmt::format("{:.2f} to {:.2f}", 100 * said.low, 100 * said.high),
+                       100 * said.between, 100 * said.at_vertices, 100 * said.indirect,
+                       baked.search->gathering_rays, baked.search->fitted ? "fitted" : "sampled",
+                       end_of(baked.search->end), baked.search->cut_edges);
         }
+        if (!options.pictures.empty())
+            write_findings(options.pictures / (std::filesystem::path(file).stem().string() + "-" + target),
+                           baked, scene.camera, truth, error, image_with_suns(light.environment));
         fmt::print("\n");
         std::fflush(stdout);
     }

@@ -87,6 +87,8 @@ int main(int argc, char** argv) {
     error->add_option("--width", error_options.width, "Of the picture; default: the scene's");
     error->add_option("--pixels", error_options.pixels, "At which the truth is computed")
         ->capture_default_str();
+    error->add_option("--pictures", error_options.pictures,
+                      "Existing folder for a picture of each bake and a list of its largest errors");
     CLI::App* const rivals =
         app.add_subcommand("rivals", "Whole bakes next to bakes by rays with the same error");
     RivalStudyOptions rival_options;
