@@ -197,6 +197,12 @@ TEST(PovrayLight, IsReadAsPlainData) {
     EXPECT_EQ(area->area->along, Vec3f(0, 0, 0.5f));
     EXPECT_EQ(area->area->columns, 4u);
     EXPECT_TRUE(area->area->circular && area->area->orient && !area->area->illumination);
+    const auto sun = read("{ <6e8, 8e8, 0> rgb 1 }");
+    ASSERT_TRUE(sun) << "as in POV-Ray's sunpos.inc";
+    EXPECT_LE(sun->position.length(), 1e6f);
+    EXPECT_GT(sun->position.length(), 0.99e6f);
+    EXPECT_LT((sun->position.normalized() - Vec3f(0.6f, 0.8f, 0)).length(), 1e-6f);
+    EXPECT_FALSE(read("{ <6e8, 8e8, 0> rgb 1 fade_distance 3 fade_power 2 }"));
     for (const char* text :
          {"{ y rgb Lamp_Colour }", "{ Place rgb 1 }", "{ y }", "{ y rgb 1 + 2 }", "{ y rgb <1, 2> }",
           "{ y rgb 1", "", "{ y rgb -1 }", "{ y rgb 1 projected_through { Window } }"})

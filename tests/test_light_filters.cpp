@@ -68,6 +68,19 @@ TEST(LightFilters, AbsorbInsideTheirMeshes) {
     }
 }
 
+TEST(LightFilters, AbsorbFromTheLastCrossingAsPovrayDoes) {
+    LightFilters filters;
+    const Mesh glass = box_mesh({-2, -1, -1}, {2, 1, 1}),
+               wine = box_mesh({-1, -0.5f, -0.5f}, {1, 0.5f, 0.5f});
+    filters.add(glass.positions, glass.triangles, Rgb(1.0f), {0.1f, 0.2f, 0});
+    filters.add(wine.positions, wine.triangles, Rgb(0.5f), {1, 0, 0.3f});
+    filters.commit();
+    const Rgb passed = filters.transmitted({-5, 0.1f, 0.2f}, {5, 0.1f, 0.2f});
+    const std::array glass_ways{0.1f, 0.2f, 0.0f}, wine_ways{2.0f, 0.0f, 0.6f};
+    for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(passed[int(c)], 0.25f * std::exp(-glass_ways[c] - wine_ways[c]), 1e-4) << c;
+}
+
 TEST(LightFilters, CountAnEdgeOfTwoTrianglesOnce) {
     LightFilters filters;
     const Mesh pane = square_mesh(2, 1, 4);

@@ -7,10 +7,12 @@
 #include "fields/mesh/mesh_topology.h"
 #include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
+#include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"
 #include "scenes/texture.h"
 #include "shading/scene/environment.h"
+#include "shading/visibility/light_filters.h"
 
 #include <gtest/gtest.h>
 
@@ -304,6 +306,74 @@ TEST(PovrayImport, BroadHighlightsAndSaturatedPigmentsAreMeasured) {
     EXPECT_FALSE(sphere.reflection.is_there());
 }
 
+TEST(PovrayImport, NarrowHighlightsAreMeasured) {
+    const auto imported =
+        imported_text("povray_narrow",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\ntorus{2,.6 rotate x*50 pigment{rgb <.9,.75,.2>} "
+                      "finish{phong 1 phong_size "
+                      "400}}\n",
+                      24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    EXPECT_NEAR(imported->scene.materials.at("torus").phong, 1, 0.02);
+    EXPECT_NEAR(imported->scene.materials.at("torus").shininess, 400, 12);
+}
+
+TEST(PovrayImport, LargeObjectsThatComeNearAreCutLikePlanes) {
+    const auto imported = imported_text(
+        "povray_disc",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,3,-9> look_at 0}\n"
+        "light_source{<5,9,-9> rgb 1}\nsphere{0,1 pigment{rgb .5}}\ndisc{-y,y,5000 pigment{rgb .5}}\n"
+        "sphere{0,4000 hollow pigment{rgb 1}}\n",
+        24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    EXPECT_EQ(imported->distant, 1u) << "the sky";
+    EXPECT_EQ(imported->failed, 0u);
+    const auto disc = std::ranges::find(imported->scene.entities, "disc", &Entity::name);
+    ASSERT_NE(disc, imported->scene.entities.end());
+    const Result<ImportedMesh> mesh = read_mesh(disc->mesh);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    for (const Vec3f& p : mesh->mesh.positions) EXPECT_NEAR(p.y, -1, 1e-3);
+}
+
+TEST(PovrayImport, PigmentsThatAreTransparentInPlacesHaveAlpha) {
+    const auto imported =
+        imported_text("povray_stripes",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\nplane{y,-3 pigment{rgb .5}}\n"
+                      "box{-1,1 pigment{gradient y color_map{[.7 rgb <1,.5,.2>][.7 rgbt 1]} scale .5}}\n",
+                      24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    EXPECT_EQ(imported->transparent, 0u);
+    const auto box = std::ranges::find(imported->scene.entities, "box", &Entity::name);
+    ASSERT_NE(box, imported->scene.entities.end());
+    TextureSource source;
+    source.image.file = imported->scene.materials.at("box").image;
+    source.alpha = AlphaMode::blend;
+    const Result<Texture> pigments = read_texture(source);
+    ASSERT_TRUE(pigments) << pigments.error().message();
+    ASSERT_TRUE(pigments->has_alpha);
+    MeshReaderOptions options;
+    options.appearance = true;
+    const Result<ImportedMesh> read = read_mesh(box->mesh, options);
+    ASSERT_TRUE(read) << read.error().message();
+    const Mesh& mesh = read->mesh;
+    std::array<int, 2> found{};
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3f p = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3;
+        const float pattern = 2 * p.y - std::floor(2 * p.y);
+        if (std::abs(pattern - 0.35f) > 0.3f && std::abs(pattern - 0.85f) > 0.1f) continue;
+        const bool is_opaque = pattern < 0.7f;
+        const Vec2f at = (mesh.uvs[a] + mesh.uvs[b] + mesh.uvs[c]) / 3.0f;
+        EXPECT_NEAR(pigments->opacity_at(at), is_opaque ? 1 : 0, 0.02f) << p.x << ' ' << p.y << ' ' << p.z;
+        const Rgb colour = pigments->colour_at(at);
+        EXPECT_TRUE(!is_opaque || (colour - Rgb(1, 0.5f, 0.2f)).length() < 0.02f) << p.x << ' ' << p.y;
+        ++found[is_opaque];
+    }
+    EXPECT_GT(found[0], 100);
+    EXPECT_GT(found[1], 100);
+}
+
 TEST(PovrayImport, SmallObjectsThatPovrayTakesForInfiniteHaveTheirOwnGrid) {
     // An infinite cylinder, of which an open piece is left.
     const auto imported = imported_text(
@@ -424,6 +494,39 @@ TEST(PovrayImport, GlassAbsorbsLightInside) {
     for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(filter.colour[c], 0.95, 0.001);
         EXPECT_NEAR(filter.absorption[c], wanted[std::size_t(c)], 0.003);
+    }
+}
+
+TEST(PovrayImport, PartsOfGlassFilterByTheirOwnColour) {
+    // A hollow ball of glass that is half full of wine, which does not touch it.
+    const auto imported =
+        imported_text("povray_wine",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\nplane{y,-3 pigment{rgb .5}}\nunion{"
+                      "difference{sphere{0,2} sphere{0,1.6} pigment{rgbf <1,1,1,.95>} finish{diffuse 0}}"
+                      "difference{sphere{0,1.3} plane{-y,0} pigment{rgbf <.9,.1,.2,.9>} finish{diffuse 0}"
+                      "interior{fade_distance 2 fade_power 1001 fade_color <1,.4,.5>}}}\n",
+                      32);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.filters.size(), 2u);
+    const SceneFilter &glass = imported->scene.filters[0], &wine = imported->scene.filters[1];
+    const std::array absorption{0.0f, 0.3f, 0.25f}, pigment{0.81f, 0.09f, 0.18f};
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(glass.colour[c], 0.95, 0.001);
+        EXPECT_NEAR(glass.absorption[c], 0, 0.01);
+        EXPECT_NEAR(wine.colour[c], pigment[std::size_t(c)], 0.001);
+        EXPECT_NEAR(wine.absorption[c], absorption[std::size_t(c)], 0.02);
+    }
+    const Result<SceneEntities> entities = original_entities(imported->scene);
+    ASSERT_TRUE(entities) << entities.error().message();
+    // From above: two walls of glass, the wine, and two walls. From the side at the top: glass alone.
+    const Rgb through = entities->filters->transmitted({0.2f, 5, 0.3f}, {0.2f, -5, 0.3f}),
+              above = entities->filters->transmitted({-5, 1, 0.1f}, {5, 1, 0.1f});
+    const float way = std::sqrt(1.3f * 1.3f - 0.13f);
+    for (int c = 0; c < 3; ++c) {
+        const float clear = std::pow(0.95f, 4.0f), red = wine.colour[c] * wine.colour[c];
+        EXPECT_NEAR(above[c], clear, 0.01);
+        EXPECT_NEAR(through[c], clear * red * std::exp(-absorption[std::size_t(c)] * way), 0.02);
     }
 }
 

@@ -244,7 +244,7 @@ Command import_command(CLI::App& program) {
         ->capture_default_str()
         ->type_name("N");
     add_number(*app, "--object-seconds", options->object_seconds,
-               "POV-Ray scenes: time limit for sampling one object", {0.1, 1e5})
+               "POV-Ray scenes: limit of processor time for sampling one object", {0.1, 1e5})
         ->capture_default_str()
         ->type_name("S");
     app->add_option("--povray", options->povray, "POV-Ray's program")

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numeric>
 
 #include "bridge/povray_import/light_probe.h"
+#include "bridge/povray_import/object_filters.h"
 #include "fields/base/names.h"
+#include "fields/base/srgb.h"
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
 #include "scenes/scene_import.h"
@@ -27,30 +28,6 @@ constexpr float mostly_transparent = 0.5f;     // Of one surface, in one channel
 constexpr float slightly_transparent = 0.05f;  // Of an object.
 constexpr int environment_width = 1024;
 constexpr int finer_grids = 2;  // How often the grids of objects with thin parts are doubled.
-
-/// The relation between the numbers of a scene and linear light.
-struct SceneGamma {
-    bool is_legacy = false;  ///< POV-Ray writes the numbers of the scene as they are.
-    double exponent = 1;     ///< Of numbers, for linear light.
-};
-
-double number_behind(const std::string& text, std::string_view word) {
-    std::size_t at = text.find(word);
-    if (at == std::string::npos) return 0;
-    at += word.size();
-    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
-    double number = 0;
-    std::from_chars(text.data() + at, text.data() + text.size(), number);
-    return number;
-}
-
-SceneGamma scene_gamma(const WrappedScene& scene) {
-    const std::string& main = scene.files.front().text;
-    if (main.find("assumed_gamma srgb") != std::string::npos) return {false, 2.2};
-    if (const double gamma = number_behind(main, "assumed_gamma"); gamma > 0.5) return {false, gamma};
-    if (number_behind(main, "#version") < 3.7) return {true, 2.2};
-    return {};
-}
 
 /// Writes a binary PLY with normals, and linear colours or image coordinates.
 Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
@@ -80,6 +57,21 @@ Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSu
         bytes += '\x03';
         for (const std::uint32_t corner : triangle) add(static_cast<std::int32_t>(corner));
     }
+    return write_file(file, bytes);
+}
+
+/// Writes colours with coverage as straight alpha.
+Result<Done> write_cut_outs(const Image& image, const std::filesystem::path& file) {
+    std::vector<std::array<std::uint8_t, 4>> texels;
+    const auto code = [](float value) {
+        return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0f, 1.0f)));
+    };
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const Rgb& pixel = image.pixels[i];
+        texels.push_back({code(srgb_encoded(pixel.x)), code(srgb_encoded(pixel.y)),
+                          code(srgb_encoded(pixel.z)), code(image.coverage[i])});
+    }
+    HF_TRY(const std::string bytes, png_bytes(texels, image.width, image.height, /*with_alpha=*/true));
     return write_file(file, bytes);
 }
 
@@ -114,7 +106,7 @@ public:
           name_(std::move(name)),
           options_(options),
           progress_(progress),
-          gamma_(scene_gamma(queries.scene())) {}
+          gamma_(queries.gamma()) {}
 
     Result<ImportedPovrayScene> imported() {
         HF_TRY(survey_, scene_survey(queries_, progress_));
@@ -129,7 +121,8 @@ public:
             HF_TRY_DONE(sample_again(surfaces));
             for (const std::size_t slow : sampled.slow)
                 warn(survey_.objects[slow].statement,
-                     fmt::format("took POV-Ray longer than {} s; left out", options_.object_seconds));
+                     fmt::format("took POV-Ray more than {} s of processor time; left out",
+                                 options_.object_seconds));
         }
         if (surfaces.empty())
             return Error{queries_.file().string(),
@@ -146,7 +139,7 @@ public:
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
         HF_TRY(std::vector<MeasuredFinish> finishes,
                measured_finishes(queries_, requests_, surfaces, is_lit_by_lights(), progress_));
-        HF_TRY_DONE(add_pigment_image(surfaces));
+        HF_TRY_DONE(add_pigment_images(surfaces));
         set_frame(surfaces);
         HF_TRY_DONE(add_entities(surfaces, finishes));
         if (result_.scene.entities.empty())
@@ -274,11 +267,18 @@ private:
         return distance;
     }
 
+    static double nearest(const SurveyedObject& object, const Vec3d& eye) {
+        Vec3d away(0, 0, 0);
+        for (int axis = 0; axis < 3; ++axis)
+            away[axis] = std::max({0.0, object.lower[axis] - eye[axis], eye[axis] - object.upper[axis]});
+        return away.length();
+    }
+
     /// Divides the objects into near and distant ones, and plans the grids of the near ones.
     void choose_objects() {
         const Vec3d from = eye();
         std::vector<std::pair<double, std::size_t>> finite;
-        std::vector<std::size_t> infinite;
+        std::vector<std::size_t> infinite, far;
         for (std::size_t i = 0; i < survey_.objects.size(); ++i) {
             const SurveyedObject& object = survey_.objects[i];
             if (object.is_empty()) continue;
@@ -292,8 +292,15 @@ private:
         std::size_t near = 0;
         for (; near < finite.size(); ++near)
             if (near > 0 && finite[near].first > far_factor * std::max(finite[near - 1].first, 1e-9)) break;
-        for (std::size_t k = near; k < finite.size(); ++k) distant_.push_back(finite[k].second);
         reach_ = near > 0 ? finite[near - 1].first : std::max(10.0, 3 * from.length());
+        // Large objects that come near, such as a ground, are cut like infinite ones.
+        for (std::size_t k = near; k < finite.size(); ++k) {
+            const std::size_t object = finite[k].second;
+            const bool is_near = nearest(survey_.objects[object], from) < far_factor * reach_;
+            (is_near ? infinite : far).push_back(object);
+        }
+        std::ranges::sort(infinite);
+        distant_ = far;
         for (std::size_t k = 0; k < near; ++k) {
             const SurveyedObject& object = survey_.objects[finite[k].second];
             requests_.push_back(planned(finite[k].second, (object.lower + object.upper) / 2,
@@ -303,9 +310,8 @@ private:
             distant_.push_back(i);
             requests_.push_back(planned(i, from, Vec3d(2 * cut_factor * reach_), true));
         }
-        result_.distant = distant_.size() - infinite.size();
-        for (std::size_t k = near; k < finite.size(); ++k)
-            result_.distant_objects.push_back(finite[k].second);
+        result_.distant = far.size();
+        result_.distant_objects = far;
         std::ranges::sort(distant_);
         if (requests_.size() > most_objects) {
             std::ranges::stable_sort(requests_, std::ranges::greater(), &GridRequest::cells);
@@ -356,29 +362,45 @@ private:
         return std::ranges::lower_bound(requests_, object, {}, &GridRequest::object)->is_cut;
     }
 
-    /// Measures the pigments of patterned surfaces in an image. The surfaces of one statement become one
-    /// entity, so that either all or none use the image.
-    Result<Done> add_pigment_image(std::vector<ObjectSurface>& surfaces) {
+    /// Measures the pigments of patterned surfaces in an image, and those of partly transparent ones in
+    /// another image with alpha. The surfaces of one statement become one entity, and have the same image.
+    Result<Done> add_pigment_images(std::vector<ObjectSurface>& surfaces) {
         std::set<std::size_t> patterned, translucent;
         const auto statement_of = [&](const ObjectSurface& surface) {
             return survey_.objects[surface.object].statement;
         };
         for (const ObjectSurface& surface : surfaces) {
             if (has_pattern(surface)) patterned.insert(statement_of(surface));
-            // Images would contain what is visible behind the surface.
             if (surface.transmittance > slightly_transparent) translucent.insert(statement_of(surface));
         }
-        std::vector<std::size_t> chosen;
-        for (std::size_t s = 0; s < surfaces.size(); ++s)
-            if (patterned.contains(statement_of(surfaces[s])) &&
-                !translucent.contains(statement_of(surfaces[s])))
-                chosen.push_back(s);
-        if (chosen.empty()) return Done{};
+        std::vector<std::size_t> opaque, cut_out;
+        for (std::size_t s = 0; s < surfaces.size(); ++s) {
+            if (translucent.contains(statement_of(surfaces[s]))) {
+                if (!is_transparent(surfaces[s])) cut_out.push_back(s);
+            } else if (patterned.contains(statement_of(surfaces[s])))
+                opaque.push_back(s);
+        }
         std::optional<SurveyedCamera> camera = survey_.camera;
         if (camera && !camera->is_perspective) camera.reset();
-        HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, chosen, camera, progress_));
-        pigment_image_ = folder_ / (name_ + "_pigments.png");
-        return write_image(image, pigment_image_);
+        if (!opaque.empty()) {
+            HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, opaque, camera,
+                                                    /*opacity=*/false, progress_));
+            const std::filesystem::path file = folder_ / (name_ + "_pigments.png");
+            HF_TRY_DONE(write_image(image, file));
+            for (const std::size_t s : opaque) image_of_[surfaces[s].object] = file;
+        }
+        if (!cut_out.empty()) {
+            HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, cut_out, camera,
+                                                    /*opacity=*/true, progress_));
+            const std::filesystem::path file = folder_ / (name_ + "_cutouts.png");
+            HF_TRY_DONE(write_cut_outs(image, file));
+            for (const std::size_t s : cut_out) image_of_[surfaces[s].object] = file;
+        }
+        return Done{};
+    }
+
+    static bool is_transparent(const ObjectSurface& surface) {
+        return std::max({surface.filter.x, surface.filter.y, surface.filter.z}) > mostly_transparent;
     }
 
     /// Returns the name of the entity of a statement.
@@ -409,13 +431,10 @@ private:
                 (is_cut(surface.object) ? cut_bounds_ : bounds_).add(Vec3f(world_.point(Vec3d(position))));
         for (std::size_t s = 0; s < surfaces.size(); ++s) {
             const std::size_t at = survey_.objects[surfaces[s].object].statement;
-            const Rgb& filter = surfaces[s].filter;
-            if (std::max({filter.x, filter.y, filter.z}) > mostly_transparent) {
+            if (is_transparent(surfaces[s])) {
                 transparent.push_back(s);
                 continue;
             }
-            if (surfaces[s].transmittance > slightly_transparent)
-                warn(at, "is partly transparent; imported as opaque");
             if (surfaces[s].missed_edges > surfaces[s].triangles.size() / 200 + 4)
                 warn(at, fmt::format("may have wrong places: {} of its grid edges have no crossing",
                                      surfaces[s].missed_edges));
@@ -441,36 +460,36 @@ private:
     /// transparent  indices of surfaces, in rising order.
     Result<Done> keep_live(const std::vector<ObjectSurface>& surfaces,
                            const std::vector<std::size_t>& transparent) {
-        // Glass has thin walls, and triangles of filters cost little.
+        // Glass has thin walls, and triangles of filters cost little. Some objects have fine grids already.
         std::vector<GridRequest> finer;
+        std::vector<ObjectSurface> measured;
         for (const std::size_t s : transparent) {
             result_.live_objects.push_back(surfaces[s].object);
+            measured.push_back(surfaces[s]);
             finer.push_back(request_of(surfaces[s].object));
-            finer.back().cells *= 2;
+            finer.back().cells =
+                std::max(finer.back().cells, std::min(2 * finer.back().cells, 2 * options_.detail));
         }
-        const Result<ObjectSurfaces> sampled =
-            object_surfaces(queries_, finer, options_.object_seconds, progress_);
-        if (progress_.stop.stop_requested()) return interruption();
-        for (const std::size_t s : transparent) {
-            const ObjectSurface* mesh = &surfaces[s];
-            if (sampled) {
-                const auto found = std::ranges::find(sampled->surfaces, mesh->object, &ObjectSurface::object);
-                if (found != sampled->surfaces.end()) mesh = &*found;
-            }
-            HF_TRY_DONE(add_filter(surfaces[s], *mesh));
-        }
+        HF_TRY(std::vector<FilterPart> parts,
+               filter_parts(queries_, finer, measured, options_.object_seconds, progress_));
+        for (FilterPart& part : parts) HF_TRY_DONE(add_filter(std::move(part)));
         return Done{};
     }
 
-    /// Adds an object as a filter, with its own mesh or a finer one.
-    Result<Done> add_filter(const ObjectSurface& measured, ObjectSurface mesh) {
-        const std::size_t at = survey_.objects[measured.object].statement;
+    /// Adds a part of a transparent object as a filter.
+    Result<Done> add_filter(FilterPart part) {
+        const std::size_t at = survey_.objects[part.surface.object].statement;
         warn(at, keeps_scene() ? "is transparent; it is not baked, but filters light and is in in_place.png"
                                : "is transparent; it is not baked, but filters light");
         SceneFilter filter;
         filter.mesh = folder_ / fmt::format("{}_{}.ply", name_, entity_name(at));
-        filter.colour = measured.filter;
-        filter.absorption = measured.absorption / static_cast<float>(scale_);
+        filter.colour = part.filter;
+        if (part.vertex_colours)
+            filter.colour =
+                std::accumulate(part.surface.colours.begin(), part.surface.colours.end(), Rgb(0.0f)) /
+                static_cast<float>(part.surface.colours.size());
+        filter.absorption = part.absorption / static_cast<float>(scale_);
+        ObjectSurface& mesh = part.surface;
         move_to_world(mesh);
         mesh.colours.assign(mesh.positions.size(), Rgb(1.0f));
         mesh.uvs.clear();
@@ -521,7 +540,7 @@ private:
         SceneMaterial material;
         material.convention = LobeConvention::povray;
         material.vertex_colours = surface.uvs.empty();
-        if (!surface.uvs.empty()) material.image = pigment_image_;
+        if (!surface.uvs.empty()) material.image = image_of_.at(surface.object);
         material.diffuse = Rgb(finish.diffuse);
         material.phong = finish.phong;
         material.shininess = finish.phong_size;
@@ -685,14 +704,14 @@ private:
     std::string name_;
     const PovrayImport& options_;
     const Progress& progress_;
-    SceneGamma gamma_;
+    const SceneGamma& gamma_;
     SceneSurvey survey_;
     std::vector<GridRequest> requests_;  ///< Sorted by object.
     std::vector<std::size_t> distant_;   ///< Objects of the environment, sorted.
     double reach_ = 1;                   ///< Distance from the eye to the farthest near object.
     double scale_ = 1;                   ///< From the file's unit to metres.
     AffineMap world_;
-    std::filesystem::path pigment_image_;  ///< Empty: no surface is patterned.
+    std::map<std::size_t, std::filesystem::path> image_of_;  ///< Of the pigments, by object.
     std::set<std::string> names_;
     std::vector<std::size_t> vertex_counts_;  ///< By entity.
     Bounds bounds_, cut_bounds_;  ///< In the scene: of the finite objects, and of those that are cut.
@@ -728,7 +747,8 @@ Result<ImportedPovrayScene> imported_povray_scene(const std::filesystem::path& f
                                                   const std::filesystem::path& folder,
                                                   const std::string& name, const PovrayImport& options,
                                                   const Progress& progress) {
-    HF_TRY(const SceneQueries queries, SceneQueries::create(file, options.queries));
+    HF_TRY(SceneQueries queries, SceneQueries::create(file, options.queries));
+    HF_TRY_DONE(queries.measure_gamma(progress));
     HF_TRY_DONE(make_folder(folder));
     return Importer(queries, folder, name, options, progress).imported();
 }

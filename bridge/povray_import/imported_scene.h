@@ -10,7 +10,7 @@ namespace haarfield {
 struct PovrayImport {
     QueryOptions queries{};
     int detail = 48;               ///< Cells of the grid along an object that fills the picture. 8 to 512.
-    double object_seconds = 20;    ///< Time limit for the surface of one object. [s]
+    double object_seconds = 20;    ///< Limit of processor time for the surface of one object. [s]
     std::optional<bool> z_up{};    ///< The file's z axis points up; none: found from the camera.
     double unit = 1;               ///< Length of the file's unit. [m], > 0.
     std::optional<double> size{};  ///< If set, replaces `unit`: the longest side of the sampled objects. [m]

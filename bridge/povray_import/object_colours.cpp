@@ -272,6 +272,47 @@ const std::array<Vec3d, 2>& light_directions() {
     return directions;
 }
 
+/// A place on a surface in local coordinates that one of the two lights illuminates.
+struct ProbedPlace {
+    std::size_t surface;
+    int light;
+    Vec3d point, normal;
+};
+
+/// Chooses up to eight places per surface and light, with POV-Ray's normals: those of the mesh differ by some
+/// degrees, which is too much for narrow highlights.
+Result<std::vector<ProbedPlace>> lit_places(const SceneQueries& queries, const ObjectLattice& lattice,
+                                            std::span<const ObjectSurface> surfaces,
+                                            const Progress& progress) {
+    std::vector<ProbedPlace> places;
+    std::vector<ProbeRay> rays;
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        std::array<int, 2> chosen{0, 0};
+        const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
+        for (const std::size_t v : some_vertices(surfaces[s], 400)) {
+            const Vec3d normal = lattice.frame(s).local_normal(Vec3d(surfaces[s].normals[v]));
+            for (int light = 0; light < 2; ++light) {
+                const double cosine = normal.dot(light_directions()[std::size_t(light)]);
+                if (cosine < 0.35 || cosine > 0.97 || chosen[std::size_t(light)] >= 8) continue;
+                ++chosen[std::size_t(light)];
+                places.push_back({s, light, points[v], normal});
+                rays.push_back({s, points[v] + normal * ObjectLattice::start_distance, -normal});
+            }
+        }
+    }
+    HF_TRY(const std::vector<TracedPoint> traced, lattice.traced(queries, rays, progress));
+    constexpr double most_differing = 0.94;  // Cosine; other normals are those of other faces.
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (!(traced[i].normal.length() > 0.5)) continue;
+        Vec3d normal = traced[i].normal.normalized();
+        if (normal.dot(places[i].normal) < 0) normal = -normal;
+        if (normal.dot(places[i].normal) < most_differing) continue;
+        places[i].point = traced[i].point;
+        places[i].normal = normal;
+    }
+    return places;
+}
+
 }  // namespace
 
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
@@ -292,31 +333,21 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
     if (surfaces.empty()) return finishes;
     constexpr float brightness = 0.4f;  // Of the lights; sums above 1 would be cut off.
     const ObjectLattice lattice(requests, surfaces);
+    HF_TRY(const std::vector<ProbedPlace> places, lit_places(queries, lattice, surfaces, progress));
     std::vector<ProbeRay> rays;
     std::vector<Sighting> sightings;
-    for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        std::array<int, 2> chosen{0, 0};
-        const std::vector<Vec3d> points = points_in_faces(lattice.frame(s), surfaces[s]);
-        for (const std::size_t v : some_vertices(surfaces[s], 400)) {
-            const GridFrame& frame = lattice.frame(s);
-            const Vec3d normal = frame.local_normal(Vec3d(surfaces[s].normals[v])), place = points[v];
-            for (int light = 0; light < 2; ++light) {
-                const Vec3d& towards = light_directions()[std::size_t(light)];
-                const double cosine = normal.dot(towards);
-                if (cosine < 0.35 || cosine > 0.97 || chosen[std::size_t(light)] >= 8) continue;
-                ++chosen[std::size_t(light)];
-                const Vec3d mirror = normal * (2 * cosine) - towards;
-                const Vec3d aside = (normal - mirror * normal.dot(mirror)).normalized();
-                for (const double degrees : {0.0, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 40.0, 58.0, 75.0}) {
-                    const double angle = degrees * pi / 180;
-                    const Vec3d view = mirror * std::cos(angle) + aside * std::sin(angle);
-                    rays.push_back(
-                        {s, place + view * (ObjectLattice::start_distance / std::max(0.2, view.dot(normal))),
-                         -view});
-                    const Vec3d half = (view + towards).normalized();
-                    sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 70});
-                }
-            }
+    for (const auto& [s, light, place, normal] : places) {
+        const Vec3d& towards = light_directions()[std::size_t(light)];
+        const double cosine = normal.dot(towards);
+        const Vec3d mirror = normal * (2 * cosine) - towards,
+                    aside = (normal - mirror * normal.dot(mirror)).normalized();
+        for (const double degrees : {0.0, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 40.0, 58.0, 75.0}) {
+            const double angle = degrees * pi / 180;
+            const Vec3d view = mirror * std::cos(angle) + aside * std::sin(angle);
+            rays.push_back(
+                {s, place + view * (ObjectLattice::start_distance / std::max(0.2, view.dot(normal))), -view});
+            const Vec3d half = (view + towards).normalized();
+            sightings.push_back({s, light, cosine, std::cos(angle), normal.dot(half), degrees > 70});
         }
     }
     if (rays.empty()) return finishes;

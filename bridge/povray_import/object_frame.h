@@ -30,4 +30,26 @@ struct GridFrame {
 /// Returns the grid of a request.
 GridFrame grid_frame(const GridRequest& request);
 
+/// The output of POV-Ray for the lines of some grids.
+struct TracedLines {
+    std::vector<std::string> lines;  ///< By request, for crossed_grid; empty: POV-Ray did not finish.
+    std::vector<std::size_t> slow;   ///< As ObjectSurfaces::slow.
+};
+
+/// Traces the lines of the grids of objects; see object_surfaces.
+Result<TracedLines> traced_lines(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                 double object_seconds, const Progress& progress);
+
+/// Returns the crossings of an object, in grid coordinates; none if `lines` is incomplete.
+std::optional<CrossedGrid> crossed_grid(const GridFrame& frame, const std::string& lines);
+
+/// Makes all crossings those of sheets.
+void take_for_sheets(CrossedGrid& grid);
+
+/// Returns the contoured surface in the scene's coordinates, without colours.
+ObjectSurface contoured_surface(const GridFrame& frame, const CrossedGrid& grid, std::size_t object);
+
+/// Returns the contoured surface of an object, as sheets if it is open.
+ObjectSurface closed_or_open_surface(const GridFrame& frame, CrossedGrid grid, std::size_t object);
+
 }  // namespace haarfield

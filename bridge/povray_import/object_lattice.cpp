@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+
+#include "bridge/povray_import/triangle_text.h"
 
 namespace haarfield {
 namespace {
@@ -21,17 +24,13 @@ std::string clip(const GridRequest& request) {
 }
 
 /// Adds the triangle whose ray starts at its centroid and follows its normal.
-void add_triangle(const Vec3d& centre, const Vec3d& direction, std::string& text) {
+void add_triangle(const Vec3d& centre, const Vec3d& direction, TriangleText& triangles) {
     constexpr double size = 0.1;
     const Vec3d m = direction.normalized(), aside = std::abs(m.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0),
                 e1 = m.cross(aside).normalized(), e2 = m.cross(e1);
     constexpr double half = 0.5, sine = 0.8660254037844386;
-    const auto corner = [&](const Vec3d& offset) {
-        const Vec3d p = centre + offset * size;
-        return fmt::format("<{:.8g},{:.8g},{:.8g}>", p.x, p.y, p.z);
-    };
-    text += fmt::format("triangle{{{},{},{}}}\n", corner(e1), corner(e2 * sine - e1 * half),
-                        corner(-e2 * sine - e1 * half));
+    triangles.add({centre + e1 * size, centre + (e2 * sine - e1 * half) * size,
+                   centre - (e2 * sine + e1 * half) * size});
 }
 
 }  // namespace
@@ -86,14 +85,67 @@ SceneQuery ObjectLattice::query(int width, int height, const std::string& camera
 }
 
 SceneQuery ObjectLattice::query(std::span<const ProbeRay> rays, bool ambient) const {
-    std::string triangles;
+    TriangleText triangles;
     for (const ProbeRay& ray : rays) add_triangle(placed(ray.surface, ray.start), ray.direction, triangles);
     // Rows of the picture must be full.
     for (std::size_t i = rays.size(); i % columns != 0; ++i)
         add_triangle(placed(rays.back().surface, rays.back().start), rays.back().direction, triangles);
     return query(columns, static_cast<int>((rays.size() + columns - 1) / columns) + 1,
-                 "camera{mesh_camera{1 0 mesh{\n" + triangles + "}} location<0,0,0> direction<0,0,-1>}\n",
+                 "#declare HF_Rays=" + triangles.mesh2() +
+                     "}\ncamera{mesh_camera{1 0 mesh{HF_Rays}} location<0,0,0> direction<0,0,-1>}\n",
                  ambient);
+}
+
+Result<std::vector<TracedPoint>> ObjectLattice::traced(const SceneQueries& queries,
+                                                       std::span<const ProbeRay> rays,
+                                                       const Progress& progress) const {
+    std::vector<TracedPoint> points(rays.size());
+    if (rays.empty()) return points;
+    std::vector<std::vector<std::size_t>> rays_of(frames_.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) rays_of[rays[i].surface].push_back(i);
+    std::vector<std::size_t> rows(requests_.back().object + 1, 0);
+    std::string text, choice;
+    for (std::size_t s = 0; s < frames_.size(); ++s) {
+        if (rays_of[s].empty()) continue;
+        rows[requests_[s].object] = s + 1;
+        const GridFrame& frame = frames_[s];
+        text += fmt::format(
+            "#macro HF_Trace_{}() #local HF_B=object{{HF_A[HF_N] translate {} scale {} translate {}}}\n",
+            s + 1, vector(-frame.centre), vector(frame.scale), vector(frame.shift));
+        for (const std::size_t i : rays_of[s])
+            text += fmt::format("HF_Ray({},{},{})\n", i, vector(rays[i].start), vector(rays[i].direction));
+        text += "#end\n";
+        choice += fmt::format("#case({0}) HF_Trace_{0}() #break ", s + 1);
+    }
+    SceneQuery query;
+    query.prelude = fmt::format(
+        "#fopen HF_H \"hf_points.txt\" write\n"
+        "#macro HF_Ray(HF_K,HF_O,HF_D) #local HF_M=<0,0,0>; #local HF_P=trace(HF_B,HF_O,HF_D,HF_M); "
+        "#write(HF_H,str(HF_K,0,0),\" \",vstr(3,HF_P,\" \",0,9),\" \",vstr(3,HF_M,\" \",0,9),\"\\n\") #end\n"
+        "#declare HF_RN={};\n#declare HF_RA=array[{}]{{{}}}\n{}#macro HF_Traced(HF_R) #switch(HF_R) {} #end "
+        "#end\n",
+        rows.size(), rows.size(), fmt::join(rows, ","), text, choice);
+    query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) HF_Traced(HF_RA[HF_N]) #end #end";
+    query.suffix = "\n#fclose HF_H\n";
+    HF_TRY_DONE(queries.answer(query, progress));
+    HF_TRY(const std::string lines, queries.written("hf_points.txt"));
+    const char* at = lines.data();
+    const char* const end = at + lines.size();
+    const auto number = [&](auto& value) {
+        while (at < end && (*at == ' ' || *at == '\n')) ++at;
+        const auto [next, code] = std::from_chars(at, end, value);
+        at = next;
+        return code == std::errc();
+    };
+    std::size_t ray = 0;
+    while (number(ray)) {
+        TracedPoint traced;
+        for (Vec3d* read : {&traced.point, &traced.normal})
+            for (int axis = 0; axis < 3; ++axis)
+                if (!number((*read)[axis])) return points;
+        if (ray < points.size()) points[ray] = traced;
+    }
+    return points;
 }
 
 std::vector<Rgb> ObjectLattice::colours(const SceneAnswer& answer, std::size_t count) {

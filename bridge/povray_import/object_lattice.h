@@ -11,6 +11,11 @@ struct ProbeRay {
     Vec3d start{0, 0, 0}, direction{0, 0, 1};
 };
 
+/// A point of an object's surface in its local coordinates.
+struct TracedPoint {
+    Vec3d point{0, 0, 0}, normal{0, 0, 0};
+};
+
 /// Objects side by side, each scaled to its grid, so that a ray meets only its own object.
 class ObjectLattice {
 public:
@@ -34,6 +39,11 @@ public:
     SceneQuery query(int width, int height, const std::string& camera, bool ambient = false) const;
     /// Returns a query that renders a colour for each ray. There is at least one ray.
     SceneQuery query(std::span<const ProbeRay> rays, bool ambient = false) const;
+    /// Returns where rays first meet their objects, with the normals there. A normal of length 0: nowhere.
+    ///
+    /// errors  those of SceneQueries::answer.
+    Result<std::vector<TracedPoint>> traced(const SceneQueries& queries, std::span<const ProbeRay> rays,
+                                            const Progress& progress) const;
     /// Returns the colours of the rays. POV-Ray's first row repeats the second.
     static std::vector<Rgb> colours(const SceneAnswer& answer, std::size_t count);
 

@@ -16,39 +16,28 @@ namespace {
 
 /// POV-Ray's text that traces the lines of a grid. HF_G holds the parameters of the objects, HF_R their rows.
 constexpr const char* trace_macros = R"(
+#macro HF_Again(HF_X,HF_P,HF_M,HF_V,HF_D,HF_E)
+  #declare HF_X=HF_Sides(HF_P.x,HF_P.y,HF_P.z,HF_M.x,HF_M.y,HF_M.z,(vdot(HF_M,HF_D)<0 ? -0.02 : 0.02));
+  #if(mod(HF_X,3)=0)
+    // Polynomials count as inside where they are less than 1e-3, which can be far from the surface.
+    #local HF_M2=<0,0,0>;
+    #local HF_Z=trace(HF_B,HF_P+HF_D*0.001,HF_D,HF_M2);
+    #if(vlength(HF_M2)<0.5) #local HF_Z=HF_P+HF_D*(HF_E-vdot(HF_P,HF_D)); #end
+    #local HF_C=0.5*(HF_Z+HF_V)*0.5+HF_P*0.5; #local HF_W=0.25*(HF_Z-HF_V);
+    #declare HF_X=HF_Sides(HF_C.x,HF_C.y,HF_C.z,HF_W.x,HF_W.y,HF_W.z,1);
+  #end
+#end
 #macro HF_Line(HF_O,HF_D,HF_E,HF_L)
-  #local HF_T=HF_O; #local HF_C=0; #local HF_S=0; #local HF_V=HF_O;
-  #while(HF_C<100)
-    #local HF_M=<0,0,0>; #local HF_M2=<0,0,0>;
+  #local HF_V=HF_O; #local HF_T=HF_O; #local HF_S=0;
+  #for(HF_C,1,100)
+    #local HF_M=<0,0,0>;
     #local HF_P=trace(HF_B,HF_T,HF_D,HF_M);
-    #if(vlength(HF_M)<0.5)
-      #local HF_C=1000;
-    #else
-      #local HF_K=vdot(HF_P,HF_D);
-      #if(HF_K>HF_E)
-        #local HF_C=1000;
-      #else
-        #local HF_W=HF_M*(vdot(HF_M,HF_D)<0 ? -1 : 1);
-        #local HF_Q=HF_P-HF_W*0.002; #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-        #local HF_Q=HF_P+HF_W*0.002; #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-        #if(HF_X=HF_Y)
-          #local HF_Q=HF_P-HF_W*0.02; #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-          #local HF_Q=HF_P+HF_W*0.02; #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-        #end
-        #if(HF_X=HF_Y)
-          // Polynomials count as inside where they are less than 1e-3, which can be far from the surface.
-          #local HF_Q=0.5*(HF_V+HF_P); #local HF_X=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-          #local HF_Z=trace(HF_B,HF_P+HF_D*0.001,HF_D,HF_M2);
-          #if(vlength(HF_M2)<0.5) #local HF_Z=HF_P+HF_D*(HF_E-HF_K); #end
-          #local HF_Q=0.5*(HF_P+HF_Z); #local HF_Y=(HF_FN(HF_Q.x,HF_Q.y,HF_Q.z).red>0.5);
-        #end
-        #local HF_V=HF_P;
-        #if(HF_X!=HF_Y) #local HF_S=1; #end
-        #write(HF_H,HF_L," ",str(HF_K,0,6)," ",str(HF_M.x,0,5)," ",str(HF_M.y,0,5)," ",str(HF_M.z,0,5)," ",
-               str(HF_X*2+HF_Y,0,0),"\n")
-        #local HF_T=HF_P+HF_D*0.001; #local HF_C=HF_C+1;
-      #end
-    #end
+    #local HF_K=vdot(HF_P,HF_D);
+    #if(vlength(HF_M)<0.5|HF_K>HF_E) #break #end
+    #local HF_X=HF_Sides(HF_P.x,HF_P.y,HF_P.z,HF_M.x,HF_M.y,HF_M.z,(vdot(HF_M,HF_D)<0 ? -0.002 : 0.002));
+    #if(mod(HF_X,3)=0) HF_Again(HF_X,HF_P,HF_M,HF_V,HF_D,HF_E) #end
+    #write(HF_H,HF_L," ",str(HF_K,0,6)," ",vstr(3,HF_M," ",0,5)," ",str(HF_X,0,0),"\n")
+    #local HF_V=HF_P; #local HF_T=HF_P+HF_D*0.001; #local HF_S=HF_S+mod(HF_X,3);
   #end
   #if(HF_S=0)
     #if(HF_FN(HF_O.x,HF_O.y,HF_O.z).red>0.5) #write(HF_H,HF_L," in\n") #end
@@ -81,6 +70,10 @@ constexpr const char* trace_macros = R"(
     scale <HF_G[HF_R][7],HF_G[HF_R][8],HF_G[HF_R][9]>
     translate <HF_G[HF_R][10],HF_G[HF_R][11],HF_G[HF_R][12]>}
   #local HF_FN=function{pigment{object{HF_B color rgb 0, color rgb 1}}}
+  // 2 if a point is inside behind the place, plus 1 if one is inside in front of it.
+  #local HF_Sides=function(x,y,z,HF_x,HF_y,HF_z,HF_d){
+    2*(HF_FN(x-HF_d*HF_x,y-HF_d*HF_y,z-HF_d*HF_z).red>0.5)+
+    (HF_FN(x+HF_d*HF_x,y+HF_d*HF_y,z+HF_d*HF_z).red>0.5)}
   HF_Axis(0,x,y,z,HF_NY,HF_NZ,HF_NX)
   HF_Axis(1,y,z,x,HF_NZ,HF_NX,HF_NY)
   HF_Axis(2,z,x,y,HF_NX,HF_NY,HF_NZ)
@@ -157,14 +150,6 @@ std::size_t crossing_count(const CrossedGrid& grid) {
     for (const auto& lines : grid.lines)
         for (const std::vector<LineCrossing>& line : lines) count += line.size();
     return count;
-}
-
-/// Makes all crossings those of sheets.
-void take_for_sheets(CrossedGrid& grid) {
-    for (auto& lines : grid.lines)
-        for (std::vector<LineCrossing>& line : lines)
-            for (LineCrossing& crossing : line) crossing.inside_before = crossing.inside_after = false;
-    grid.inside_lines = {};
 }
 
 /// Returns the box of all crossings, in the scene's coordinates.
@@ -298,13 +283,51 @@ std::vector<double> surface_crossings(const ObjectSurface& surface, const Vec3d&
     return places;
 }
 
-Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
-                                       double object_seconds, const Progress& progress) {
-    ObjectSurfaces result;
+std::optional<CrossedGrid> crossed_grid(const GridFrame& frame, const std::string& lines) {
+    CrossedGrid grid;
+    grid.cells = frame.cells;
+    if (!read_lines(lines, grid)) return std::nullopt;
+    if (frame.warp_rate > 0) move_to_grid(frame, grid);
+    return grid;
+}
+
+ObjectSurface contoured_surface(const GridFrame& frame, const CrossedGrid& grid, std::size_t object) {
+    const ContouredMesh mesh = dual_contour(grid);
+    ObjectSurface surface;
+    surface.object = object;
+    for (const Vec3f& position : mesh.positions)
+        surface.positions.emplace_back(frame.scene_point(Vec3d(position)));
+    for (std::size_t v = 0; v < mesh.normals.size(); ++v)
+        surface.normals.emplace_back(frame.scene_normal(Vec3d(mesh.positions[v]), Vec3d(mesh.normals[v])));
+    surface.triangles = mesh.triangles;
+    surface.sheet_triangles = mesh.sheet_triangles;
+    surface.double_edges = mesh.double_edges;
+    surface.missed_edges = mesh.missed_edges;
+    return surface;
+}
+
+void take_for_sheets(CrossedGrid& grid) {
+    for (auto& lines : grid.lines)
+        for (std::vector<LineCrossing>& line : lines)
+            for (LineCrossing& crossing : line) crossing.inside_before = crossing.inside_after = false;
+    grid.inside_lines = {};
+}
+
+ObjectSurface closed_or_open_surface(const GridFrame& frame, CrossedGrid grid, std::size_t object) {
+    ObjectSurface surface = contoured_surface(frame, grid, object);
+    if (static_cast<double>(surface.missed_edges) <= open_share * static_cast<double>(crossing_count(grid)))
+        return surface;
+    take_for_sheets(grid);
+    return contoured_surface(frame, grid, object);
+}
+
+Result<TracedLines> traced_lines(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                 double object_seconds, const Progress& progress) {
+    TracedLines result;
+    result.lines.resize(requests.size());
     if (requests.empty()) return result;
     std::vector<std::vector<double>> rows{std::vector<double>(15, 0.0)};
     std::vector<std::size_t> objects;
-    std::vector<GridFrame> frames;
     for (const GridRequest& request : requests) {
         const GridFrame frame = grid_frame(request);
         rows.push_back({0, double(frame.cells[0]), double(frame.cells[1]), double(frame.cells[2]),
@@ -312,7 +335,6 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
                         frame.scale.z, frame.shift.x, frame.shift.y, frame.shift.z, frame.warp_size,
                         frame.warp_rate});
         objects.push_back(request.object);
-        frames.push_back(frame);
     }
     std::vector<bool> finished(requests.size(), false);
     std::size_t first = 0;  // Row from which POV-Ray continues.
@@ -331,38 +353,29 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
         first = answer.slow_object ? last : requests.size();
         if (progress.report) progress.report("surfaces", std::min(last, requests.size()), requests.size());
     }
-    std::vector<ObjectSurface> surfaces(requests.size());
-    result.crossings.resize(requests.size());
-    std::vector<std::string> texts(requests.size());
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (!finished[i]) continue;
         // A scene may reach fewer objects than it did in the survey, if it uses the clock or the time.
         if (Result<std::string> text = queries.written(fmt::format("hf_lines_{}.txt", i + 1)))
-            texts[i] = *std::move(text);
+            result.lines[i] = *std::move(text);
     }
+    return result;
+}
+
+Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
+                                       double object_seconds, const Progress& progress) {
+    ObjectSurfaces result;
+    HF_TRY(TracedLines traced, traced_lines(queries, requests, object_seconds, progress));
+    result.slow = std::move(traced.slow);
+    std::vector<ObjectSurface> surfaces(requests.size());
+    result.crossings.resize(requests.size());
     const auto contour = [&](std::size_t i) {
-        CrossedGrid grid;
-        grid.cells = frames[i].cells;
-        if (!read_lines(texts[i], grid)) return;
-        if (frames[i].warp_rate > 0) move_to_grid(frames[i], grid);
-        texts[i] = {};
-        result.crossings[i] = crossed_box(frames[i], grid);
-        ContouredMesh mesh = dual_contour(grid);
-        if (static_cast<double>(mesh.missed_edges) > open_share * static_cast<double>(crossing_count(grid))) {
-            take_for_sheets(grid);
-            mesh = dual_contour(grid);
-        }
-        ObjectSurface& surface = surfaces[i];
-        surface.object = objects[i];
-        for (const Vec3f& position : mesh.positions)
-            surface.positions.emplace_back(frames[i].scene_point(Vec3d(position)));
-        for (std::size_t v = 0; v < mesh.normals.size(); ++v)
-            surface.normals.emplace_back(
-                frames[i].scene_normal(Vec3d(mesh.positions[v]), Vec3d(mesh.normals[v])));
-        surface.triangles = mesh.triangles;
-        surface.sheet_triangles = mesh.sheet_triangles;
-        surface.double_edges = mesh.double_edges;
-        surface.missed_edges = mesh.missed_edges;
+        const GridFrame frame = grid_frame(requests[i]);
+        std::optional<CrossedGrid> grid = crossed_grid(frame, traced.lines[i]);
+        if (!grid) return;
+        traced.lines[i] = {};
+        result.crossings[i] = crossed_box(frame, *grid);
+        surfaces[i] = closed_or_open_surface(frame, *std::move(grid), requests[i].object);
     };
     const Result<Done> contoured =
         parallel_loop({requests.size()}, [&] { return LoopBody(contour); }, "contours", {{}, progress.stop});

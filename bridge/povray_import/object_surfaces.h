@@ -55,10 +55,11 @@ std::optional<GridRequest> own_grid(const GridRequest& request, const Bounds& cr
 /// are open, as `clipped_by` leaves them, become sheets.
 ///
 /// requests        sorted by object, without duplicates.
-/// object_seconds  time limit for each object. [s] After an object exceeds it, POV-Ray parses the scene
-///                 again.
+/// object_seconds  limit of processor time for each object. [s] After an object exceeds it, POV-Ray parses
+///                 the scene again.
 /// errors          those of SceneQueries::answer.
-/// cost            10 us of processor time per crossing: 0.6 s for a mug and 96 cells; slow objects more.
+/// cost            40 us of processor time per crossing of a union of six solids, most for parsing of the
+///                 text; slow objects more.
 Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<const GridRequest> requests,
                                        double object_seconds, const Progress& progress = {});
 
@@ -82,15 +83,19 @@ bool has_pattern(const ObjectSurface& surface);
 /// texels outside it are sixteen times larger. Without a camera, an object has 400 texels along its longest
 /// side. The image has at most three million texels on surfaces; if more are wanted, all are larger.
 ///
-/// chosen    indices of opaque surfaces with colours; at least one.
-/// returns   linear colours in [0, 1]; texels beside the surfaces repeat those at their borders.
+/// chosen    indices of surfaces with colours; at least one.
+/// opacity   measure coverage, too: the fraction of light that does not pass the surface. Otherwise the
+///           surfaces must be opaque.
+/// returns   linear colours in [0, 1], not multiplied by coverage; texels beside the surfaces repeat those at
+///           their borders.
 /// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
-/// cost      one run of POV-Ray, and 3 us of processor time per texel.
+/// cost      one run of POV-Ray, two with opacity, and 3 us of processor time per texel and run.
 /// source    a mesh_camera with distribution 3, which renders image coordinates.
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
-                            const std::optional<SurveyedCamera>& camera, const Progress& progress = {});
+                            const std::optional<SurveyedCamera>& camera, bool opacity,
+                            const Progress& progress = {});
 
 /// The finish of an object as far as haarfield has it.
 struct MeasuredFinish {

@@ -7,6 +7,7 @@
 
 #include "bridge/povray_import/object_lattice.h"
 #include "bridge/povray_import/surface_charts.h"
+#include "bridge/povray_import/triangle_text.h"
 
 namespace haarfield {
 namespace {
@@ -17,6 +18,8 @@ constexpr double texels_per_object = 400;  // Along its longest side, without a 
 constexpr double factor_outside = 16;      // Of texels' sizes outside the picture.
 constexpr double least_cosine = 0.1;
 constexpr double finest = 1e-6;  // Texels' least size relative to their object.
+constexpr double screen_distance =
+    0.3;  // Of rays' starts and screens from partly transparent surfaces. [cells]
 constexpr std::array<float, 3> no_surface{0.8125f, 0.1875f, 0.4375f};  // A background that no pigment has.
 
 /// Tests whether a point is in the picture or near its border.
@@ -77,9 +80,10 @@ void chart(const ChartedSurface& charted, ObjectSurface& surface) {
 
 /// Returns POV-Ray's camera that renders each texel from above its surface.
 ///
-/// surfaces  indices of the charted surfaces.
+/// chosen  indices of the charted surfaces.
+/// start   distance of the rays' starts from the surface. [cells]
 std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
-                         const std::vector<std::size_t>& chosen, const SurfaceCharts& charts) {
+                         const std::vector<std::size_t>& chosen, const SurfaceCharts& charts, double start) {
     std::string positions, uvs, faces;
     std::size_t vertices = 0, triangles = 0;
     // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
@@ -104,13 +108,56 @@ std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectS
         "#declare HF_Texels=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
         "camera{{mesh_camera{{1 3 mesh{{HF_Texels}}}}location<0,0,{5}>direction<0,0,-1>}}\n"
         "background{{rgb<{6},{7},{8}>}}\n",
-        vertices, positions, uvs, triangles, faces, ObjectLattice::start_distance, no_surface[0],
-        no_surface[1], no_surface[2]);
+        vertices, positions, uvs, triangles, faces, start, no_surface[0], no_surface[1], no_surface[2]);
+}
+
+/// Measures colours and coverage of texels. A screen behind the surfaces is white in one picture and black in
+/// the other, so that light that passes does not meet another surface.
+///
+/// has_colour  becomes 0 where a texel is almost transparent.
+Result<Done> measure_opacity(const SceneQueries& queries, const SceneQuery& query,
+                             const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
+                             const std::vector<std::size_t>& chosen, Image& image,
+                             std::vector<std::uint8_t>& has_colour, const Progress& progress) {
+    constexpr float least = 0.02f;  // Coverage of texels with a colour.
+    TriangleText screen;
+    for (const std::size_t s : chosen) {
+        const GridFrame& frame = lattice.frame(s);
+        std::vector<Vec3d> points;
+        for (std::size_t v = 0; v < surfaces[s].positions.size(); ++v)
+            points.push_back(
+                lattice.placed(s, frame.local_point(Vec3d(surfaces[s].positions[v])) -
+                                      frame.local_normal(Vec3d(surfaces[s].normals[v])) * screen_distance));
+        for (const auto& [a, b, c] : surfaces[s].triangles) screen.add({points[a], points[b], points[c]});
+    }
+    std::array<std::vector<Rgb>, 2> pictures;
+    for (const int white : {0, 1}) {
+        SceneQuery with_screen = query;
+        with_screen.suffix +=
+            fmt::format("{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
+                        screen.mesh2(), white);
+        HF_TRY(SceneAnswer answer, queries.answer(with_screen, progress));
+        pictures[std::size_t(white)] = std::move(answer.pixels);
+    }
+    image.pixels = std::move(pictures[0]);
+    image.coverage.assign(image.pixels.size(), 1.0f);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (!has_colour[i]) continue;
+        const Rgb passed = pictures[1][i] - image.pixels[i];
+        const float coverage = std::clamp(1 - (passed.x + passed.y + passed.z) / 3, 0.0f, 1.0f);
+        image.coverage[i] = coverage;
+        if (coverage < least) has_colour[i] = 0;
+        for (int c = 0; c < 3; ++c)
+            image.pixels[i][c] = std::clamp(image.pixels[i][c] / std::max(coverage, least), 0.0f, 1.0f);
+    }
+    return Done{};
 }
 
 /// Fills the texels of a chart that have no colour with those of their neighbours.
-void fill(const ChartRectangle& chart, const Rgb& otherwise, Image& image,
-          std::vector<std::uint8_t>& has_colour) {
+///
+/// covered  texels on surfaces, which keep their coverage.
+void fill(const ChartRectangle& chart, const Rgb& otherwise, const std::vector<std::uint8_t>& covered,
+          Image& image, std::vector<std::uint8_t>& has_colour) {
     std::vector<std::pair<int, int>> queue;
     const auto index = [&](int x, int y) {
         return std::size_t(y) * std::size_t(image.width) + std::size_t(x);
@@ -133,6 +180,8 @@ void fill(const ChartRectangle& chart, const Rgb& otherwise, Image& image,
                 to_y >= chart.top + chart.height || has_colour[index(to_x, to_y)])
                 continue;
             image.pixels[index(to_x, to_y)] = image.pixels[index(x, y)];
+            if (!image.coverage.empty() && !covered[index(to_x, to_y)])
+                image.coverage[index(to_x, to_y)] = image.coverage[index(x, y)];
             has_colour[index(to_x, to_y)] = 1;
             queue.emplace_back(to_x, to_y);
         }
@@ -154,7 +203,8 @@ bool has_pattern(const ObjectSurface& surface) {
 
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
-                            const std::optional<SurveyedCamera>& camera, const Progress& progress) {
+                            const std::optional<SurveyedCamera>& camera, bool opacity,
+                            const Progress& progress) {
     assert(!chosen.empty());
     std::vector<UnchartedSurface> uncharted;
     for (const std::size_t s : chosen)
@@ -162,27 +212,41 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
     const SurfaceCharts charts = surface_charts(uncharted, most_texels);
     for (std::size_t k = 0; k < chosen.size(); ++k) chart(charts.surfaces[k], surfaces[chosen[k]]);
     const ObjectLattice lattice(requests, surfaces);
-    SceneQuery query =
-        lattice.query(charts.width, charts.height, texel_camera(lattice, surfaces, chosen, charts));
+    SceneQuery query = lattice.query(charts.width, charts.height,
+                                     texel_camera(lattice, surfaces, chosen, charts,
+                                                  opacity ? screen_distance : ObjectLattice::start_distance));
     query.pigments = true;
-    HF_TRY(SceneAnswer answer, queries.answer(query, progress));
     Image image;
     image.width = charts.width;
     image.height = charts.height;
-    image.pixels = std::move(answer.pixels);
     std::vector<std::uint8_t> has_colour = charts.covered;
+    if (opacity) {
+        HF_TRY_DONE(measure_opacity(queries, query, lattice, surfaces, chosen, image, has_colour, progress));
+        for (const ChartRectangle& rectangle : charts.rectangles) {
+            const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
+            fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], charts.covered, image,
+                 has_colour);
+        }
+        return image;
+    }
+    HF_TRY(SceneAnswer answer, queries.answer(query, progress));
+    image.pixels = std::move(answer.pixels);
+    Rgb nothing;
+    for (int c = 0; c < 3; ++c)
+        nothing[c] = static_cast<float>(queries.gamma().light(double(no_surface[std::size_t(c)])));
     for (std::size_t i = 0; i < has_colour.size(); ++i) {
         float difference = 0;
         for (int c = 0; c < 3; ++c) {
             float& value = image.pixels[i][c];
-            difference = std::max(difference, std::abs(value - no_surface[std::size_t(c)]));
+            difference = std::max(difference, std::abs(value - nothing[c]));
             value = std::clamp(value, 0.0f, 1.0f);
         }
         if (difference < 1e-3f) has_colour[i] = 0;
     }
     for (const ChartRectangle& rectangle : charts.rectangles) {
         const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
-        fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], image, has_colour);
+        fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], charts.covered, image,
+             has_colour);
     }
     return image;
 }

@@ -20,6 +20,14 @@ struct QueryOptions {
     bool sandboxed = true;                          ///< False: POV-Ray can do what this process can.
 };
 
+/// The relation between the numbers of a scene and the light that POV-Ray displays for them.
+struct SceneGamma {
+    double exponent = 1;     ///< Light is the number to this power: assumed_gamma.
+    bool is_legacy = false;  ///< A scene without assumed_gamma before version 3.7: numbers are sRGB-encoded.
+
+    double light(double number) const;  ///< Linear light of a number.
+};
+
 /// One question: what POV-Ray evaluates before, after and around the scene's text.
 struct SceneQuery {
     bool survey = false, lights = false, sky = false, camera = false, settings = true, extras = false,
@@ -30,8 +38,8 @@ struct SceneQuery {
     int width = 1, height = 1;  ///< Of the picture. [pixels]
     bool is_linear = false;     ///< The picture is linear, else decoded from what POV-Ray displays.
     std::vector<std::string> arguments{};  ///< Further arguments of POV-Ray.
-    /// Ends POV-Ray when it works longer on one object. POV-Ray announces each object by `#debug "HF_OBJECT
-    /// k\n"`. [s] 0: no limit.
+    /// Ends POV-Ray when it needs more processor time for one object. POV-Ray announces each object by
+    /// `#debug "HF_OBJECT k\n"`. [s] 0: no limit.
     double object_seconds = 0;
 };
 
@@ -59,8 +67,15 @@ public:
     ~SceneQueries();
 
     const WrappedScene& scene() const { return scene_; }                ///< The rewritten scene.
+    const SceneGamma& gamma() const { return gamma_; }                  ///< Linear before measure_gamma.
     const std::filesystem::path& file() const { return file_; }         ///< The file of the scene.
     const std::filesystem::path& scratch() const { return *scratch_; }  ///< The folder in which POV-Ray runs.
+
+    /// Measures the scene's gamma.
+    ///
+    /// errors  as answer.
+    /// cost    a run of POV-Ray if the scene's text mentions another assumed_gamma than 1.
+    Result<Done> measure_gamma(const Progress& progress = {});
 
     /// Runs POV-Ray.
     ///
@@ -98,6 +113,7 @@ private:
     QueryOptions options_;
     WrappedScene scene_;
     std::shared_ptr<const std::filesystem::path> scratch_;
+    SceneGamma gamma_;
     bool uses_frames_ = false;
 };
 

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 
+#include "fields/file/process_time.h"
 #include "fields/file/this_process.h"
 
 namespace haarfield {
@@ -87,6 +88,10 @@ bool ChildProcess::read_some(std::string& text) const {
     const ssize_t count = ::read(log_, buffer, sizeof buffer);
     if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
     return count > 0 || (count < 0 && errno == EINTR);
+}
+
+std::optional<double> ChildProcess::processor_seconds() const {
+    return haarfield::processor_seconds(id_);
 }
 
 int ChildProcess::wait() {

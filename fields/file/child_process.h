@@ -6,6 +6,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ public:
 
     /// Appends available output to `text`; waits up to 20 ms for it. Returns false at the end of the output.
     bool read_some(std::string& text) const;
+
+    /// Returns the processor time of the child and its descendants. [s] None if the system does not report it.
+    std::optional<double> processor_seconds() const;
 
     /// Waits until the child ends. Returns its status as waitpid does, or -1 if there is no child.
     int wait();

@@ -25,6 +25,12 @@ public:
             light_.radius = static_cast<float>(std::min(radius_, falloff_));
         }
         light_.position = Vec3f(transform_.point(position_));
+        // Suns of POV-Ray's sunpos.inc are 1e9 units away; only their direction matters.
+        const bool only_shines =
+            light_.kind == ModelLight::Kind::point && light_.fade_distance == 0 && !light_.area;
+        if (const auto distance = double(light_.position.length());
+            only_shines && distance > double(farthest))
+            light_.position *= static_cast<float>(0.999 * double(farthest) / distance);
         light_.target = Vec3f(transform_.point(target_));
         if (light_.area) {
             light_.area->across = Vec3f(transform_.direction(Vec3d(light_.area->across)));
@@ -123,7 +129,7 @@ private:
         const auto in = [](double value, double lowest, double highest) {  // false for NaN
             return value >= lowest && value <= highest;
         };
-        const auto near = [&](const Vec3f& v) { return is_finite(v) && v.length() <= 1e6f; };
+        const auto near = [&](const Vec3f& v) { return is_finite(v) && v.length() <= farthest; };
         bool good = near(light_.position) && near(light_.target);
         for (int c = 0; c < 3; ++c) good &= in(double(light_.colour[c]), 0, 1e9);
         if (light_.kind != ModelLight::Kind::point)
@@ -143,6 +149,7 @@ private:
     }
 
     static constexpr double degree = pi / 180;
+    static constexpr float farthest = 1e6f;  // Distance of a position from the origin.
 
     PovrayText text_;
     ModelLight light_;

@@ -45,7 +45,7 @@ Rgb LightFilters::transmitted(const Vec3f& from, const Vec3f& end) const {
         const bool is_same = geometry == last_geometry, enters = outwards(*hit).dot(way) < 0;
         // At an edge, rounding can find both triangles. A ray enters and leaves a surface in turn.
         if (!is_same || enters != last_enters || at - last > again * at) passed *= colours_[geometry];
-        if (is_same && last_enters && !enters)
+        if (crossing > 0 && !enters)
             for (int c = 0; c < 3; ++c)
                 passed[c] *= std::exp(-absorption_[geometry][c] * (at - last) * length);
         last_geometry = geometry;

@@ -21,8 +21,8 @@ public:
     ///
     /// positions   [m]
     /// colour      fraction of light that passes each triangle, in [0, 1].
-    /// absorption  absorption coefficient inside a closed mesh; >= 0. [1/m] It has no effect where a ray
-    ///             crosses another mesh on its way through this one.
+    /// absorption  absorption coefficient inside a closed mesh; >= 0. [1/m] As in POV-Ray, it acts over the
+    ///             way from the last crossing of any mesh to the one that leaves this mesh.
     void add(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
              const Rgb& colour, const Rgb& absorption = Rgb(0.0f));
 

@@ -191,7 +191,7 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
                      const std::filesystem::path& pictures) {
     FileResult result;
     QueryOptions options;
-    options.seconds = 60;
+    options.seconds = 200;
     const double start = clock_seconds();
     const Result<bool> evaluated = is_evaluated(file, options);
     result.evaluated = evaluated && *evaluated;
@@ -199,7 +199,7 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
     PovrayImport wanted;
     wanted.queries = options;
     wanted.detail = detail;
-    wanted.object_seconds = 10;
+    wanted.object_seconds = 40;
     wanted.with_environment = false;
     const Result<ImportedPovrayScene> imported = imported_povray_scene(file, folder, "scene", wanted);
     if (imported) {
