@@ -105,7 +105,7 @@ TEST(BakeError, InterpolationIsThatOfAllPoints) {
         EXPECT_GT(found.worst.error, 2 * found.total);
     }
     EXPECT_GE(inside, 7);
-    const double steering = std::sqrt(meter.steering_error(bake)->square);
+    const double steering = std::sqrt(meter.steering_error(bake)->square.square);
     EXPECT_NEAR(steering, expected, 0.3 * expected);
 }
 

@@ -35,7 +35,8 @@ public:
     /// Appends available output to `text`; waits up to 20 ms for it. Returns false at the end of the output.
     bool read_some(std::string& text) const;
 
-    /// Returns the processor time of the child and its descendants. [s] None if the system does not report it.
+    /// Returns the processor time of the child and its descendants. [s] None if the system does not report
+    /// it.
     std::optional<double> processor_seconds() const;
 
     /// Waits until the child ends. Returns its status as waitpid does, or -1 if there is no child.

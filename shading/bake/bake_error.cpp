@@ -200,11 +200,12 @@ struct BakeErrorMeter::State {
 
     /// Shades the points that steer a refinement, once.
     Result<Done> prepare(const Progress& progress) {
-        if (!steering.empty() || population.empty()) return Done{};
-        HF_TRY(steering, shaded(chosen(steering_points, 1), progress));
+        if (!steering.points.empty() || population.empty()) return Done{};
+        HF_TRY(steering.points, shaded(chosen(steering_points, 1), progress));
+        steering.stratum.assign(steering.points.size(), 0);
         double sum = 0;
-        for (const ShadedPoint& each : steering) sum += square_of(each.displayed_radiance());
-        mean_square = steering.empty() ? 0 : sum / double(steering.size());
+        for (const ShadedPoint& each : steering.points) sum += square_of(each.displayed_radiance());
+        mean_square = steering.points.empty() ? 0 : sum / double(steering.points.size());
         return Done{};
     }
 
@@ -375,7 +376,7 @@ struct BakeErrorMeter::State {
     const std::vector<DisplayedPoint> population;
     const PlacedSolids solids;
     std::optional<RayScene> rays;  ///< Once it is needed.
-    std::vector<ShadedPoint> steering;
+    StratifiedPoints steering{{}, {}, {1.0}};
     double mean_square = 0;  ///< Of the displayed radiance.
 };
 
@@ -404,14 +405,11 @@ Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, c
     return result;
 }
 
-Result<SquareEstimate> BakeErrorMeter::steering_error(const DisplayedRadiance& bake,
-                                                      const Progress& progress) {
+Result<BakeErrorMeter::Interpolation> BakeErrorMeter::steering_error(const DisplayedRadiance& bake,
+                                                                     const Progress& progress,
+                                                                     double wanted) {
     HF_TRY_DONE(state_->prepare(progress));
-    WeightedValues stratum{1, {}};
-    for (const ShadedPoint& point : state_->steering)
-        stratum.values.push_back(square_of(point.displayed.displayed(bake(point.displayed.at).radiance) -
-                                           point.displayed_radiance()));
-    return estimate({stratum}, state_->scale());
+    return state_->interpolation(bake, state_->steering, wanted);
 }
 
 Result<BakeErrorMeter::Interpolation> BakeErrorMeter::interpolation_error(const DisplayedRadiance& bake,

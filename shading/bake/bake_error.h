@@ -97,12 +97,6 @@ public:
     /// errors    interrupted.
     Result<Shading> shading_error(double accuracy, const Progress& progress = {}, std::size_t count = 512);
 
-    /// Measures interpolation at uniformly distributed points that are the same each time, so that only the
-    /// first measurement shades points.
-    ///
-    /// errors  interrupted.
-    Result<SquareEstimate> steering_error(const DisplayedRadiance& bake, const Progress& progress = {});
-
     /// References of points with a common probability.
     struct Stratum {
         double weight = 0;  ///< The share of the population.
@@ -117,6 +111,14 @@ public:
         /// The points that each contribute more than a 64th of the wanted mean square, with their radiance.
         std::vector<MeshRefiner::KnownPoint> largest;
     };
+    /// Measures interpolation at uniformly distributed points that are the same each time, so that only the
+    /// first measurement shades points.
+    ///
+    /// wanted  as in interpolation_error.
+    /// errors  interrupted.
+    Result<Interpolation> steering_error(const DisplayedRadiance& bake, const Progress& progress = {},
+                                         double wanted = 0);
+
     /// Measures interpolation at other points for each seed: strata by octaves of Displayed::difference, with
     /// Neyman's allocation.
     ///

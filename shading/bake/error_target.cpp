@@ -147,12 +147,16 @@ private:
     Result<bool> is_done(MeshRefiner& refiner, bool is_last, const Progress& progress) {
         fitted_.reset();
         cut_.reset();
-        HF_TRY(SquareEstimate error, meter_.steering_error(shown(refiner), progress));
+        HF_TRY(const BakeErrorMeter::Interpolation steering,
+               meter_.steering_error(shown(refiner), progress, target_.error));
+        refiner.add_known(steering.largest);
+        SquareEstimate error = steering.square;
         growth_ = largest_growth;
         // Fitted colours reduce the error to less than a half.
         if (root(error.square) <= 3 * target_.error) {
             fitted_ = refiner.fitted();
-            HF_TRY(const SquareEstimate by_fit, meter_.steering_error(shown(refiner), progress));
+            HF_TRY(const BakeErrorMeter::Interpolation fit, meter_.steering_error(shown(refiner), progress));
+            const SquareEstimate& by_fit = fit.square;
             if (by_fit.square < error.square)
                 error = by_fit;
             else
@@ -188,7 +192,8 @@ private:
             cut_.reset();
         } else {
             std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
-            HF_TRY(const SquareEstimate by_cut, meter_.steering_error(shown(refiner), progress));
+            HF_TRY(const BakeErrorMeter::Interpolation cut, meter_.steering_error(shown(refiner), progress));
+            const SquareEstimate& by_cut = cut.square;
             helps = by_cut.square < helpful_cut * error.square;
             // Cuts that help little are no reason to stop refining earlier.
             if (by_cut.square < error.square / 2) cut_share_ = double(cut_->added_vertices()) / vertices;

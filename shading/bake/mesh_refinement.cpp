@@ -219,7 +219,7 @@ struct MeshRefiner::State {
                                   {tints.begin(), tints.end()},
                                   {},
                                   instance.placement.scale,
-                                  5e-4 * double(radius)});
+                                  1e-4 * double(radius)});
             RefinedInstance& added = instances_.back();
             added.irradiance.resize(added.radiance.size());
             added.middles.resize(added.bisection.edges().size());
