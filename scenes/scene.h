@@ -123,9 +123,10 @@ struct Surroundings {
 
 /// A transparent object that filters the light of lamps. It is not baked, and other light ignores it.
 struct SceneFilter {
-    std::filesystem::path mesh;  ///< In the scene's coordinates.
-    Rgb colour{1.0f};            ///< Fraction of light that passes each of its surfaces, in [0, 1].
-    Rgb absorption{0.0f};        ///< Absorption coefficient inside the object; >= 0. [1/m]
+    std::filesystem::path mesh;   ///< In the scene's coordinates.
+    Rgb colour{1.0f};             ///< Fraction of light that passes each of its surfaces, in [0, 1].
+    bool vertex_colours = false;  ///< The mesh's vertex colours multiply `colour`.
+    Rgb absorption{0.0f};         ///< Absorption coefficient inside the object; >= 0. [1/m]
 };
 
 struct FilesInMemory;
@@ -143,6 +144,9 @@ struct Scene {
     std::vector<SceneFilter> filters;          ///< In the order of the file.
     std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
     std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
+    /// POV-Ray's assumed_gamma: light, pigments and vertex colours are numbers whose powers by it are linear
+    /// light. Images are linear light. POV-Ray's pictures of the scene respect it, no other picture does.
+    float assumed_gamma = 1;
     std::optional<int> bounces;  ///< Of indirect light, unless options say otherwise; none: no limit.
     std::optional<Surroundings> surroundings;  ///< None: the objects belong to no other scene.
     /// Data that a program supplies in place of files of the scene; null: none. See files_in_memory.h.

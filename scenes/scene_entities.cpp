@@ -200,14 +200,30 @@ Result<std::shared_ptr<const LightFilters>> light_filters(const Scene& scene) {
     if (scene.filters.empty()) return std::shared_ptr<const LightFilters>();
     auto filters = std::make_shared<LightFilters>();
     for (const SceneFilter& filter : scene.filters) {
-        HF_TRY(const ImportedMesh imported, read_mesh(filter.mesh));
-        filters->add(imported.mesh.positions, imported.mesh.triangles, filter.colour, filter.absorption);
+        HF_TRY(FilterMesh read, read_filter(filter));
+        filters->add(read.mesh.positions, read.mesh.triangles, std::move(read.colours), filter.absorption);
     }
     filters->commit();
     return std::shared_ptr<const LightFilters>(std::move(filters));
 }
 
 }  // namespace
+
+Result<FilterMesh> read_filter(const SceneFilter& filter) {
+    MeshReaderOptions options;
+    options.appearance = filter.vertex_colours;
+    HF_TRY(ImportedMesh imported, read_mesh(filter.mesh, options));
+    FilterMesh result{std::move(imported.mesh), {filter.colour}};
+    const std::vector<Rgb>& vertices = result.mesh.colours;
+    if (!filter.vertex_colours || vertices.empty()) return result;
+    result.colours.assign(result.mesh.triangles.size(), filter.colour);
+    for (std::size_t t = 0; t < result.colours.size(); ++t) {
+        const auto& [a, b, c] = result.mesh.triangles[t];
+        const Rgb mean = (vertices[a] + vertices[b] + vertices[c]) / 3.0f;
+        for (int k = 0; k < 3; ++k) result.colours[t][k] *= std::clamp(mean[k], 0.0f, 1.0f);
+    }
+    return result;
+}
 
 FieldSettings entity_field_settings(const Entity& description, const EntityOcclusion& occlusion,
                                     const SceneEntityOptions& options) {

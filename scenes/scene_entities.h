@@ -46,6 +46,17 @@ struct SceneEntities {
     const SceneEntity& of_instance(std::size_t i) const { return *entities[entity_of_instance[i]]; }
 };
 
+/// The mesh of a filter.
+struct FilterMesh {
+    Mesh mesh;
+    std::vector<Rgb> colours;  ///< Fraction of light that passes, by triangle; or one for all triangles.
+};
+
+/// Reads the mesh of a filter.
+///
+/// errors  those of read_mesh.
+Result<FilterMesh> read_filter(const SceneFilter& filter);
+
 /// The samples of fields that are read or computed.
 enum class FieldExtent {
     none,          ///< No sample: for meshes alone, and for bakes that rasterize all objects at each point.

@@ -123,6 +123,7 @@ SceneFilter parsed_filter(TomlTable table, const std::filesystem::path& folder) 
     table.require("mesh");
     table.take("mesh", filter.mesh, folder);
     table.take("colour", filter.colour, {0, 1});
+    table.take("vertex_colours", filter.vertex_colours);
     table.take("absorption", filter.absorption, {0, 1e6});
     table.finish();
     return filter;
@@ -440,6 +441,7 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     TomlTable root(tables, "", file);
     for (const char* key : {"entities", "instances"}) root.require(key);
 
+    root.take("assumed_gamma", scene.assumed_gamma, {0.1, 10});
     std::uint32_t bounces = 0;
     root.take("bounces", bounces, {0, any_bounces});
     if (root.has("bounces")) scene.bounces = static_cast<int>(bounces);

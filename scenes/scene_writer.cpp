@@ -244,6 +244,7 @@ std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
 std::string filter_text(const SceneFilter& filter, const std::filesystem::path& folder) {
     std::string text = fmt::format("[[filters]]\nmesh = {}\ncolour = {}\n", path_text(filter.mesh, folder),
                                    list_of(filter.colour));
+    if (filter.vertex_colours) text += "vertex_colours = true\n";
     if (filter.absorption != Rgb(0.0f)) text += fmt::format("absorption = {}\n", list_of(filter.absorption));
     return text + "\n";
 }
@@ -269,6 +270,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     if (!text.empty()) text += "\n";
     // A scene without any light must say so.
     if (scene.environment.is_black() && scene.lamps.empty() && !scene.emits()) text += "lights = []\n\n";
+    if (scene.assumed_gamma != 1) text += fmt::format("assumed_gamma = {:.6g}\n\n", scene.assumed_gamma);
     if (scene.bounces) text += fmt::format("bounces = {}\n\n", *scene.bounces);
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);

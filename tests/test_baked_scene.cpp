@@ -52,6 +52,33 @@ PovrayOptions options_for(const Camera& camera) {
     return options;
 }
 
+/// Vertex colours, light in an image, and the background are numbers of the scene.
+TEST(BakedScene, PovrayRaisesNumbersToTheAssumedGamma) {
+    const TestFolder folder;
+    Mesh mesh = upright_square_mesh(0.5f, 1);
+    mesh.material_names = {"plain"};
+    const Camera camera = frontal_camera(3, 16);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.5f, 0.25f, 0.75f));
+    LatLongImage environment{16, 8, std::vector<Rgb>(128, Rgb(0.3f, 0.6f, 0.9f))};
+    for (const bool is_mirror : {false, true}) {
+        std::vector<Surface> surfaces(1);
+        // Faces with reflections have their light in an image.
+        if (is_mirror) surfaces[0].reflection.at_normal = surfaces[0].reflection.at_grazing = Rgb(1e-5f);
+        BakedInstance instance{"square", &mesh, {}, radiance};
+        instance.surfaces = surfaces;
+        const Result<BakedFiles> files =
+            write_baked_scene(folder.path(), "gamma", camera, {&instance, 1}, {&environment, false, 2.2});
+        ASSERT_TRUE(files) << files.error().message();
+        ASSERT_TRUE(run_povray(files->scene, folder / "gamma.exr", options_for(camera)));
+        const Result<Image> image = read_image(folder / "gamma.exr");
+        ASSERT_TRUE(image) << image.error().message();
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(image->pixels[16 * 8 + 8][c], std::pow(radiance[0][c], 2.2f), 2e-3f) << is_mirror;
+            EXPECT_NEAR(image->pixels[0][c], std::pow(environment.pixels[0][c], 2.2f), 2e-3f);
+        }
+    }
+}
+
 /// Includes edges of a millimetre, which POV-Ray interpolates only if they are magnified
 /// (small_triangle_scale).
 TEST(BakedScene, PovrayReproducesVertexColours) {

@@ -28,7 +28,7 @@ int crossings(const Vec3d& from, const Vec3d& end) {
 TEST(LightFilters, PassTheProductOfAllCrossings) {
     LightFilters filters;
     const Mesh ball = sphere_mesh({0, 0, 0}, 1, 60);
-    filters.add(ball.positions, ball.triangles, green);
+    filters.add(ball.positions, ball.triangles, {green});
     filters.commit();
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-2, 2);
@@ -53,8 +53,8 @@ TEST(LightFilters, PassTheProductOfAllCrossings) {
 TEST(LightFilters, AbsorbInsideTheirMeshes) {
     LightFilters filters;
     const Mesh ball = sphere_mesh({0, 0, 0}, 1, 100), box = box_mesh({2, -1, -1}, {3, 1, 1}, 2);
-    filters.add(ball.positions, ball.triangles, green, {1, 0.5f, 0});
-    filters.add(box.positions, box.triangles, Rgb(1.0f), {0, 0, 2});
+    filters.add(ball.positions, ball.triangles, {green}, {1, 0.5f, 0});
+    filters.add(box.positions, box.triangles, {Rgb(1.0f)}, {0, 0, 2});
     filters.commit();
     // Through the middle, beside it, through both objects, and from the inside.
     const Rgb whole = filters.transmitted({-5, 0, 0.001f}, {1.5f, 0, 0.001f});
@@ -72,8 +72,8 @@ TEST(LightFilters, AbsorbFromTheLastCrossingAsPovrayDoes) {
     LightFilters filters;
     const Mesh glass = box_mesh({-2, -1, -1}, {2, 1, 1}),
                wine = box_mesh({-1, -0.5f, -0.5f}, {1, 0.5f, 0.5f});
-    filters.add(glass.positions, glass.triangles, Rgb(1.0f), {0.1f, 0.2f, 0});
-    filters.add(wine.positions, wine.triangles, Rgb(0.5f), {1, 0, 0.3f});
+    filters.add(glass.positions, glass.triangles, {Rgb(1.0f)}, {0.1f, 0.2f, 0});
+    filters.add(wine.positions, wine.triangles, {Rgb(0.5f)}, {1, 0, 0.3f});
     filters.commit();
     const Rgb passed = filters.transmitted({-5, 0.1f, 0.2f}, {5, 0.1f, 0.2f});
     const std::array glass_ways{0.1f, 0.2f, 0.0f}, wine_ways{2.0f, 0.0f, 0.6f};
@@ -81,10 +81,24 @@ TEST(LightFilters, AbsorbFromTheLastCrossingAsPovrayDoes) {
         EXPECT_NEAR(passed[int(c)], 0.25f * std::exp(-glass_ways[c] - wine_ways[c]), 1e-4) << c;
 }
 
+TEST(LightFilters, TrianglesHaveColours) {
+    LightFilters filters;
+    const Mesh pane = square_mesh(2, 1, 4);
+    std::vector<Rgb> colours;
+    for (const auto& [a, b, c] : pane.triangles) {
+        const float x = pane.positions[a].x + pane.positions[b].x + pane.positions[c].x;
+        colours.push_back(x < 0 ? green : Rgb(0.25f));
+    }
+    filters.add(pane.positions, pane.triangles, colours);
+    filters.commit();
+    EXPECT_EQ(filters.transmitted({-0.3f, 0, 0.1f}, {-0.3f, 2, 0.1f}), green);
+    EXPECT_EQ(filters.transmitted({0.3f, 0, 0.1f}, {0.3f, 2, 0.1f}), Rgb(0.25f));
+}
+
 TEST(LightFilters, CountAnEdgeOfTwoTrianglesOnce) {
     LightFilters filters;
     const Mesh pane = square_mesh(2, 1, 4);
-    filters.add(pane.positions, pane.triangles, green);
+    filters.add(pane.positions, pane.triangles, {green});
     filters.commit();
     for (int k = 0; k < 200; ++k) {
         // Along the diagonals of the cells, from near and far.
@@ -110,7 +124,7 @@ TEST(LightFilters, TintTheLightOfLamps) {
     const SceneColours without = total(*scene_radiance(example.scene, settings));
     auto filters = std::make_shared<LightFilters>();
     const Mesh pane = square_mesh(1, 1);  // Its shadow is a square with edges of 1.5.
-    filters->add(pane.positions, pane.triangles, green);
+    filters->add(pane.positions, pane.triangles, {green});
     filters->commit();
     example.scene.filters = filters;
     const SceneColours with = total(*scene_radiance(example.scene, settings));

@@ -231,7 +231,7 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
     const Result<Scene> scene = read(
         "scene = \"user.pov\"\nup = \"z\"\nhandedness = \"right\"\nfolder = \".\"\n"
         "[[filters]]\nmesh = \"box.obj\"\ncolour = [0.5, 1, 0]\n"
-        "absorption = [1, 0, 3]\n");
+        "absorption = [1, 0, 3]\nvertex_colours = true\n");
     ASSERT_TRUE(scene) << scene.error().message();
     ASSERT_TRUE(scene->surroundings);
     EXPECT_TRUE(scene->surroundings->z_up);
@@ -247,6 +247,7 @@ TEST_F(PlacedBakeTest, SceneFilesKeepTheirSurroundings) {
     EXPECT_TRUE(std::filesystem::equivalent(again->filters[0].mesh, folder_ / "box.obj"));
     EXPECT_EQ(again->filters[0].colour, Rgb(0.5f, 1, 0));
     EXPECT_EQ(again->filters[0].absorption, Rgb(1, 0, 3));
+    EXPECT_TRUE(again->filters[0].vertex_colours);
     const Result<Scene> usual = read("scene = \"user.pov\"\n");
     ASSERT_TRUE(usual) << usual.error().message();
     EXPECT_TRUE(usual->surroundings->left_handed && !usual->surroundings->z_up);

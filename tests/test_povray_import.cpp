@@ -319,6 +319,44 @@ TEST(PovrayImport, NarrowHighlightsAreMeasured) {
     EXPECT_NEAR(imported->scene.materials.at("torus").shininess, 400, 12);
 }
 
+TEST(PovrayImport, FilesWithAGammaKeepTheirNumbers) {
+    const auto imported =
+        imported_text("povray_gamma",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 2.2}\ncamera{location -9*z look_at 0}\n"
+                      "background{rgb <.1,.2,.4>}\nlight_source{<5,9,-9> rgb .5}\n"
+                      "sphere{0,1 pigment{rgb <.5,.25,1>} finish{diffuse .6 ambient .2}}\n"
+                      "torus{2,.3 pigment{gradient y color_map{[.5 rgb .2][.5 rgb .7]}}}\n",
+                      24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    const Scene& scene = imported->scene;
+    EXPECT_NEAR(scene.assumed_gamma, 2.2, 0.005);
+    EXPECT_NEAR(scene.lamps.at(0).colour.x, 0.5, 1e-6);
+    EXPECT_NEAR(scene.materials.at("sphere").diffuse.x, 0.6, 0.01);
+    EXPECT_NEAR(scene.materials.at("sphere").ambient.x, 0.2, 0.003);
+    MeshReaderOptions options;
+    options.appearance = true;
+    const auto sphere = std::ranges::find(scene.entities, "sphere", &Entity::name);
+    ASSERT_NE(sphere, scene.entities.end());
+    const Result<ImportedMesh> mesh = read_mesh(sphere->mesh, options);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    for (const Rgb& colour : mesh->mesh.colours) EXPECT_LT((colour - Rgb(0.5f, 0.25f, 1)).length(), 2e-3f);
+    const Result<Image> sky = read_image(scene.environment.image);
+    ASSERT_TRUE(sky) << sky.error().message();
+    EXPECT_LT((sky->pixels.front() - Rgb(0.1f, 0.2f, 0.4f)).length(), 2e-3f);
+    // Images are linear light.
+    const Result<Image> pigments = read_image(scene.materials.at("torus").image);
+    ASSERT_TRUE(pigments) << pigments.error().message();
+    for (const Rgb& pixel : pigments->pixels)
+        EXPECT_TRUE(pixel.x < 0.01f || std::abs(pixel.x - std::pow(0.2f, 2.2f)) < 0.005f ||
+                    std::abs(pixel.x - std::pow(0.7f, 2.2f)) < 0.005f)
+            << pixel.x;
+    const std::filesystem::path folder = sphere->mesh.parent_path(), file = folder / "kept.toml";
+    ASSERT_TRUE(write_file(file, scene_text(scene, folder)));
+    const Result<Scene> read = read_scene(file);
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_NEAR(read->assumed_gamma, scene.assumed_gamma, 1e-4);
+}
+
 TEST(PovrayImport, LargeObjectsThatComeNearAreCutLikePlanes) {
     const auto imported = imported_text(
         "povray_disc",
@@ -527,6 +565,28 @@ TEST(PovrayImport, PartsOfGlassFilterByTheirOwnColour) {
         const float clear = std::pow(0.95f, 4.0f), red = wine.colour[c] * wine.colour[c];
         EXPECT_NEAR(above[c], clear, 0.01);
         EXPECT_NEAR(through[c], clear * red * std::exp(-absorption[std::size_t(c)] * way), 0.02);
+    }
+}
+
+TEST(PovrayImport, FiltersOfPatternsAreVertexColours) {
+    const auto imported = imported_text(
+        "povray_stained",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -9*z look_at 0}\n"
+        "light_source{<5,9,-9> rgb 1}\nplane{y,-3 pigment{rgb .5}}\n"
+        "box{-1,1 pigment{gradient y color_map{[0 rgbf <1,.4,.4,1>][1 rgbf <.4,.4,1,1>]} scale 2 "
+        "translate -y} finish{diffuse 0}}\n",
+        32);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.filters.size(), 1u);
+    EXPECT_TRUE(imported->scene.filters[0].vertex_colours);
+    const Result<SceneEntities> entities = original_entities(imported->scene);
+    ASSERT_TRUE(entities) << entities.error().message();
+    for (const float y : {-0.8f, -0.3f, 0.4f, 0.9f}) {
+        const Rgb passed = entities->filters->transmitted({-5, y, 0.1f}, {5, y, 0.1f});
+        const float red = 0.7f - 0.3f * y, blue = 0.7f + 0.3f * y;
+        EXPECT_NEAR(passed.x, red * red, 0.03) << y;
+        EXPECT_NEAR(passed.y, 0.16, 0.005) << y;
+        EXPECT_NEAR(passed.z, blue * blue, 0.03) << y;
     }
 }
 

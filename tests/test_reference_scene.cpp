@@ -3,7 +3,10 @@
 #include "bridge/povray/povray_process.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"
+#include "shading/visibility/light_filters.h"
 #include "tests/fixtures/bridge_fixtures.h"
+
+#include <fmt/format.h>
 
 namespace haarfield {
 namespace {
@@ -87,6 +90,76 @@ TEST(ReferenceScene, LeftHandedFilesThatNoInstanceMirrorsAreNamed) {
     EXPECT_EQ(warnings("[[instances]]\nentity = \"e\"\n"), 1) << "once for two instances";
     EXPECT_EQ(warnings("scale = [1, 1, -1]\n"), 0);
     EXPECT_EQ(warnings("matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0]]\n"), 0);
+}
+
+/// A lamp lights a wall through a coloured pane and an absorbing block, which are not visible.
+TEST(ReferenceScene, FiltersCastTheShadowsOfLightFilters) {
+    const TestFolder folder;
+    write_text(
+        folder / "pane.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float red\nproperty float green\nproperty float blue\nelement face 2\n"
+        "property list uchar int vertex_indices\nend_header\n-0.8 -0.8 1 1 0.5 0.25\n"
+        "0.4 -0.8 1 1 0.5 0.25\n0.4 0.8 1 0 1 1\n-0.8 0.8 1 1 0.5 0.25\n3 0 1 2\n3 0 2 3\n");
+    const Mesh block = box_mesh({-0.2f, -0.3f, 0.2f}, {0.6f, 0.3f, 0.6f});
+    std::string obj;
+    for (const Vec3f& p : block.positions) obj += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+    for (const auto& [a, b, c] : block.triangles) obj += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
+    write_text(folder / "block.obj", obj);
+    std::vector<SceneFilter> filters(2);
+    filters[0].mesh = folder / "pane.ply";
+    filters[0].vertex_colours = true;
+    filters[0].colour = Rgb(0.9f);
+    filters[1].mesh = folder / "block.obj";
+    filters[1].colour = Rgb(0.8f, 1, 1);
+    filters[1].absorption = Rgb(0, 2, 1);
+    LightFilters expected;
+    for (const SceneFilter& filter : filters) {
+        Result<FilterMesh> read = read_filter(filter);
+        ASSERT_TRUE(read) << read.error().message();
+        expected.add(read->mesh.positions, read->mesh.triangles, read->colours, filter.absorption);
+    }
+    expected.commit();
+
+    const Mesh wall = upright_square_mesh(1.1f, 1);
+    Material material;
+    material.diffuse = Rgb(0.5f);
+    const ReferenceInstance instance{"wall", &wall, {&material, 1}, {}};
+    Lamp lamp;
+    lamp.position = {0.3f, 0.2f, 4};
+    lamp.colour = {2, 2, 2};
+    constexpr int size = 40;
+    const Camera camera = frontal_camera(3, size);
+    std::array<Image, 2> images;
+    for (std::size_t k = 0; k < 2; ++k) {
+        const Result<ReferenceFiles> files = write_reference_scene(
+            folder.path(), "reference", camera, {&instance, 1}, constant_environment(4, Rgb(0.0f)), 16, {},
+            {&lamp, 1}, std::span(filters).first(k == 0 ? 0 : 2));
+        ASSERT_TRUE(files) << files.error().message();
+        EXPECT_EQ(files->includes.size(), k == 0 ? 1u : 3u);
+        PovrayOptions options;
+        options.width = options.height = size;
+        options.declarations = {without_background};
+        ASSERT_TRUE(run_povray(files->scene, folder / "reference.exr", options));
+        const Result<Image> image = read_image(folder / "reference.exr");
+        ASSERT_TRUE(image) << image.error().message();
+        images[k] = *image;
+    }
+    int wrong = 0;
+    std::array<int, 2> compared{};
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+            const Vec3f point(float(2 * x + 1) / size - 1, 1 - float(2 * y + 1) / size, 0);
+            const Rgb passed = expected.transmitted(point, lamp.position);
+            ++compared[passed == Rgb(1.0f)];
+            const auto pixel = std::size_t(size * y + x);
+            for (int c = 0; c < 3; ++c)
+                wrong +=
+                    std::abs(images[1].pixels[pixel][c] / images[0].pixels[pixel][c] - passed[c]) > 3e-3f;
+        }
+    EXPECT_LE(wrong, 30) << "at the edges of shadows";
+    EXPECT_GT(compared[0], 500);
+    EXPECT_GT(compared[1], 300);
 }
 
 TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {

@@ -213,8 +213,9 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
 
     if (context.progress.stop.stop_requested()) return interruption();
     const LatLongImage background = image_with_suns(std::move(shaded.environment));
-    HF_TRY(const BakedFiles files, written_scene(output, file_stem(scene), scene.camera, instances,
-                                                 BackgroundDescription{&background}, context));
+    HF_TRY(const BakedFiles files,
+           written_scene(output, file_stem(scene), scene.camera, instances,
+                         BackgroundDescription{&background, false, scene.assumed_gamma}, context));
     if (options.worst && baked.search)
         HF_TRY_DONE(write_worst(output / "worst.png", scene, shaded, baked, background, context));
     context.report["scene"] = files.scene.string();
@@ -242,8 +243,9 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     std::vector<std::filesystem::path> pass_scenes;
     for (const BakedPass& pass : baked.passes) {
         HF_TRY(const BakedFiles pass_files,
-               written_scene(output / pass.name, file_stem(scene) + "_" + pass.name, scene.camera,
-                             pass.instances, {pass.has_environment ? &background : nullptr}, context));
+               written_scene(
+                   output / pass.name, file_stem(scene) + "_" + pass.name, scene.camera, pass.instances,
+                   {pass.has_environment ? &background : nullptr, false, scene.assumed_gamma}, context));
         pass_scenes.push_back(pass_files.scene);
         context.report["passes"].push_back({{"pass", pass.name}, {"scene", pass_files.scene.string()}});
         context.print("pass   {}\n", pass_files.scene.string());

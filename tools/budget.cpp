@@ -75,7 +75,8 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     for (ReferenceInstance& instance : instances) instance.surfaces = {};  // compare light alone
     HF_TRY(const ReferenceFiles files,
            write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
-                                 *options.lights, {}, lamps_of(scene.lamps)));
+                                 *options.lights, {}, lamps_of(scene.lamps), scene.filters,
+                                 scene.assumed_gamma));
     for (const std::string& warning : files.warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);
     povray.width = camera.width;

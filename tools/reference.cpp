@@ -66,11 +66,8 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     if (!lights) return lights.error();
     HF_TRY(const ReferenceFiles files,
            write_reference_scene(output, stem, scene.camera, instances, traced.environment, *lights,
-                                 {options.bounces}, lamps));
+                                 {options.bounces}, lamps, scene.filters, scene.assumed_gamma));
     for (const std::string& warning : files.warnings) context.warn(warning);
-    if (!scene.filters.empty())
-        context.warn(fmt::format("{}: the reference has no filters: {} transparent objects cast no shadows",
-                                 options.scene.scene, scene.filters.size()));
     const std::filesystem::path exr = output / "reference.exr";
     if (options.radiosity) return render_by_radiosity(files, exr, instances, povray, context);
     context.print("scene  {} with {} lights\n", files.scene.string(), files.lights + files.lamps);

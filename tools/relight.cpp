@@ -112,7 +112,7 @@ private:
                                                            (double(p / width) + 0.5) / background.height)));
         }
         HF_TRY_DONE(write_baked_scene(folder, file_stem(stage_.scene), stage_.scene.camera, instances,
-                                      BackgroundDescription{&background}));
+                                      BackgroundDescription{&background, false, stage_.scene.assumed_gamma}));
         return Done{};
     }
 

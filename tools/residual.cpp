@@ -43,7 +43,8 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     HF_TRY(const TracedScene traced, opened_for_tracing(scene, options.scene, context));
     HF_TRY(const ReferenceFiles files,
            write_reference_scene(output, file_stem(scene) + "_residual", scene.camera, traced.instances,
-                                 traced.environment, options.lights, bounces, lamps_of(scene.lamps)));
+                                 traced.environment, options.lights, bounces, lamps_of(scene.lamps),
+                                 scene.filters, scene.assumed_gamma));
     for (const std::string& warning : files.warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);
     povray.width = baked.width;

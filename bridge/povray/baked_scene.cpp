@@ -28,14 +28,14 @@ std::string image_declarations(const BakedInstance& instance, const TextureFiles
 /// declarations  text that precedes the mesh.
 std::string include_text(const BakedInstance& instance, const std::string& declarations,
                          const std::string& mesh, std::size_t textures, const std::string& object,
-                         const std::string& file_name) {
+                         const std::string& file_name, double assumed_gamma) {
     std::string text = fmt::format(
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
         "// {2} vertices, {3} triangles, {4} textures; linear radiance, {6}, +y up, metres.\n"
         "//\n"
         "// Use it in your scene:\n"
         "//     #version 3.7;\n"
-        "//     global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n"
+        "//     global_settings {{ assumed_gamma {8:.6g} adc_bailout 0 }}\n"
         "//     #include \"{0}\"\n"
         "//     object {{ {1} }}\n"
         "// Without adc_bailout 0, POV-Ray drops the dark corners of triangles. The colours are the light\n"
@@ -55,7 +55,8 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         declarations, instance.left_handed ? "left-handed" : "right-handed",
         instance.left_handed
             ? "// Its coordinates are those of the POV-Ray file of its mesh: do not mirror it.\n"
-            : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n");
+            : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n",
+        assumed_gamma);
     text += mesh;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),
@@ -70,7 +71,8 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
 
 /// Writes the include of an instance, and its atlas if it has one. Returns the number of clamped vertices.
 Result<std::uint64_t> write_include(const BakedInstance& instance, const std::string& object,
-                                    const std::filesystem::path& file, const TextureFiles& textures) {
+                                    const std::filesystem::path& file, const TextureFiles& textures,
+                                    double assumed_gamma) {
     const std::string name = file.filename().string();
     std::vector<Surface> surfaces(instance.surfaces.begin(), instance.surfaces.end());
     if (!instance.shows_reflection)
@@ -85,9 +87,9 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
             declarations += textured.mapped->declarations();
             HF_TRY_DONE(textured.mapped->write(file.parent_path()));
         }
-        const std::string text =
-            include_text(instance, declarations, textured.text, textured.textures, object, name);
-        HF_TRY_DONE(write_file(file, text));
+        const std::string text = include_text(instance, declarations, textured.text, textured.textures,
+                                              object, name, assumed_gamma);
+        HF_TRY_DONE(write_file(file, with_gamma(text, assumed_gamma)));
         return textured.clamped_vertices;
     }
     const std::filesystem::path atlas = std::filesystem::path(file).replace_extension(".exr");
@@ -96,8 +98,9 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
                       any_reflects(surfaces) ? ColourStorage::atlas : colour_storage(instance.radiance),
                       object + "_Finish", atlas.filename().string(), surfaces);
     if (!coloured.atlas.pixels.empty()) HF_TRY_DONE(write_image(coloured.atlas, atlas));
-    const std::string text = include_text(instance, "", coloured.text, coloured.textures, object, name);
-    HF_TRY_DONE(write_file(file, text));
+    const std::string text =
+        include_text(instance, "", coloured.text, coloured.textures, object, name, assumed_gamma);
+    HF_TRY_DONE(write_file(file, with_gamma(text, assumed_gamma)));
     return coloured.clamped_vertices;
 }
 
@@ -172,8 +175,8 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
     std::vector<std::optional<Error>> errors(instances.size());
     std::vector<std::uint64_t> clamped(instances.size());
     tbb::parallel_for(std::size_t{0}, instances.size(), [&](std::size_t i) {
-        const Result<std::uint64_t> written =
-            write_include(instances[i], files.objects[i], files.includes[i], textures);
+        const Result<std::uint64_t> written = write_include(instances[i], files.objects[i], files.includes[i],
+                                                            textures, background.assumed_gamma);
         if (written)
             clamped[i] = *written;
         else
@@ -187,9 +190,10 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
         "// {0}: baked by haarfield; no lights are needed.\n"
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
         "#version 3.7;\n"
-        "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
+        "global_settings {{ assumed_gamma {6:.6g} adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
         "#ifndef ({5})\n",
-        scene_name, camera.width, camera.height, camera_text, background_text, background_only);
+        scene_name, camera.width, camera.height, camera_text, background_text, background_only,
+        background.assumed_gamma);
     // The instances are placed directly: POV-Ray copies a declared object with all its textures at each use.
     for (std::size_t i = 0; i < instances.size(); ++i)
         text += fmt::format("#declare {1}_In_Place = 1;\n#include \"{0}\"\n",

@@ -129,6 +129,15 @@ Result<std::string> povray_camera(const Camera& camera, double scale) {
         vector(location), vector(direction), vector(right), vector(up));
 }
 
+std::string with_gamma(std::string text, double assumed_gamma) {
+    if (assumed_gamma == 1) return text;
+    constexpr std::string_view end = ".exr\"";
+    const std::string gamma = fmt::format(" gamma {:.6g}", assumed_gamma);
+    for (std::size_t at = text.find(end); at != std::string::npos; at = text.find(end, at))
+        text.insert(at += end.size(), gamma);
+    return text;
+}
+
 Result<std::string> write_background(const std::filesystem::path& folder, const std::string& stem,
                                      const BackgroundDescription& background) {
     const std::string guard = fmt::format("#ifndef ({})\n", without_background);
@@ -138,11 +147,12 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
     HF_TRY_DONE(write_environment_image(environment, folder / name));
     // The rows of the matrix are the world directions of the image's left edge at the horizon, of its top,
     // and of a quarter from the left edge; see lat_long_direction.
-    const std::string pigment = fmt::format(
+    std::string pigment = fmt::format(
         "  pigment {{\n"
         "    image_map {{ exr \"{}\" map_type 1 interpolate 2 once }}\n"
         "    matrix <0, 0, -1,  0, 1, 0,  1, 0, 0,  0, 0, 0>\n",
         name);
+    pigment = with_gamma(std::move(pigment), background.assumed_gamma);
     std::string text = guard + "sky_sphere {\n" + pigment + "  }\n}\n";
     if (background.is_reflected)  // Visible only in mirrors.
         text += "#else\nsphere {\n  0, 1\n" + pigment +

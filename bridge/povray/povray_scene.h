@@ -36,12 +36,16 @@ inline constexpr const char* background_only = "Haarfield_Background_Alone";  //
 struct BackgroundDescription {
     const LatLongImage* environment = nullptr;  ///< Null: black.
     bool is_reflected = false;                  ///< Objects reflect it even in pictures without background.
+    double assumed_gamma = 1;                   ///< Of the scene; radiance is in its numbers.
 };
 
 /// Returns a valid POV-Ray identifier: a capital first, which excludes keywords, then letters, digits and
 /// underscores; at most 64 characters. Equal names give equal identifiers. Different names may give equal
 /// identifiers too (`a-b`, `a_b`); callers that need unique ones number them.
 std::string povray_identifier(std::string_view name);
+
+/// Lets POV-Ray read the light in OpenEXR files as the numbers of a scene with an assumed_gamma.
+std::string with_gamma(std::string text, double assumed_gamma);
 
 /// True if a name is valid for a scene: letters, digits, `_`, `-` and `.`, without a leading `.`. The name
 /// becomes part of file names that POV-Ray scenes quote.

@@ -1,6 +1,7 @@
 #include "bridge/povray/reference_scene.h"
 
 #include "bridge/povray/interpolated_normals.h"
+#include "bridge/povray/reference_filters.h"
 #include "bridge/povray/texture_files.h"
 
 #include "fields/file/write_file.h"
@@ -464,7 +465,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
                                              const Environment& environment, int lights,
-                                             const ReferenceBounces& bounces, std::span<const Lamp> lamps) {
+                                             const ReferenceBounces& bounces, std::span<const Lamp> lamps,
+                                             std::span<const SceneFilter> filters, double assumed_gamma) {
     assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= most_bounces);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is not a valid scene name; expected letters, digits, _, - and ."};
@@ -479,7 +481,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const bool has_mirrors = std::ranges::any_of(
         instances, [](const ReferenceInstance& instance) { return any_reflects(instance.surfaces); });
     HF_TRY(const std::string background_text,
-           write_background(folder, scene_name, {&background, has_mirrors}));
+           write_background(folder, scene_name, {&background, has_mirrors, assumed_gamma}));
     add_warnings(files.warnings, instances);
     add_warnings_of_shapes(files.warnings, instances, environment, lamps);
     HF_TRY(const TextureFiles textures, write_textures(folder, scene_name, textures_of(instances)));
@@ -490,7 +492,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
         "// One metre is {3} units, because POV-Ray's shadows ignore occluders nearer than 1e-3 units.\n"
         "#version 3.7;\n"
-        "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n"
+        "global_settings {{ assumed_gamma {9:.6g} adc_bailout 0 max_trace_level 100 }}\n"
         "#ifdef ({7})\n"
         "// The background's light alone: one bounce at POV-Ray's highest quality.\n"
         "global_settings {{ radiosity {{ recursion_limit 1 brightness 1 gray_threshold 0 normal on\n"
@@ -499,7 +501,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#end\n{8}\n{4}\n{5}\n"
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, camera_text, background_text,
-        background_only, by_radiosity, bounces_text(bounces));
+        background_only, by_radiosity, bounces_text(bounces), assumed_gamma);
     text += "#declare Emission_Share = 1;\n";
     // Bounces are gathered under lamps instead of emission.
     const bool has_emitters =
@@ -533,7 +535,9 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                         translate.y, translate.z, radiosity_text(instance, bounces),
                         is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
-    text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
+    HF_TRY(const std::string filter_statements,
+           write_reference_filters(folder, scene_name, filters, files.world_scale, files.includes));
+    text += "\n" + objects + filter_statements + baked_text(bounces, files.world_scale) + "\n";
     // Baked objects emit their light for any selection of lights.
     files.has_bounces = bounces.limit > 0 && bounces.baked.empty();
 

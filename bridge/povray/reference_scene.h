@@ -95,6 +95,8 @@ struct ReferenceFiles {
 /// lamps       become POV-Ray's light_sources, in addition to both sets. The object that shows the shape of a
 ///             lamp (Lamp::looks_like) casts no shadow from any light, because POV-Ray has no finer control.
 ///             A warning reports this if there are other lights.
+/// assumed_gamma  as Scene::assumed_gamma.
+/// filters     cast the shadows of POV-Ray's transparent objects in all lights, and are not visible.
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
 ///             `metallic`, which are exact in the povray convention. In the physical convention the specular
 ///             lobe is scaled by (n+2)/2 and lacks the cosine, with a warning. A coloured specular lobe is
@@ -104,11 +106,10 @@ struct ReferenceFiles {
 ///             shadow tolerance (1e-3 units) does not matter.
 /// errors      as write_baked_scene; a material index outside `materials`; material values out of range;
 ///             metallic specular lobes that are coloured or differ in colour from the diffuse term.
-Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
-                                             const std::string& scene_name, const Camera& camera,
-                                             std::span<const ReferenceInstance> instances,
-                                             const Environment& environment, int lights = 1024,
-                                             const ReferenceBounces& bounces = {},
-                                             std::span<const Lamp> lamps = {});
+Result<ReferenceFiles> write_reference_scene(
+    const std::filesystem::path& folder, const std::string& scene_name, const Camera& camera,
+    std::span<const ReferenceInstance> instances, const Environment& environment, int lights = 1024,
+    const ReferenceBounces& bounces = {}, std::span<const Lamp> lamps = {},
+    std::span<const SceneFilter> filters = {}, double assumed_gamma = 1);
 
 }  // namespace haarfield

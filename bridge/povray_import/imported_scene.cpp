@@ -111,6 +111,7 @@ public:
     Result<ImportedPovrayScene> imported() {
         HF_TRY(survey_, scene_survey(queries_, progress_));
         result_.objects = survey_.objects.size();
+        result_.scene.assumed_gamma = static_cast<float>(gamma_.exponent);
         choose_objects();
         std::vector<ObjectSurface> surfaces;
         if (!requests_.empty()) {
@@ -484,14 +485,11 @@ private:
         SceneFilter filter;
         filter.mesh = folder_ / fmt::format("{}_{}.ply", name_, entity_name(at));
         filter.colour = part.filter;
-        if (part.vertex_colours)
-            filter.colour =
-                std::accumulate(part.surface.colours.begin(), part.surface.colours.end(), Rgb(0.0f)) /
-                static_cast<float>(part.surface.colours.size());
         filter.absorption = part.absorption / static_cast<float>(scale_);
+        filter.vertex_colours = part.vertex_colours;
         ObjectSurface& mesh = part.surface;
         move_to_world(mesh);
-        mesh.colours.assign(mesh.positions.size(), Rgb(1.0f));
+        if (!part.vertex_colours) mesh.colours.assign(mesh.positions.size(), Rgb(1.0f));
         mesh.uvs.clear();
         result_.scene.filters.push_back(filter);
         return write_surface_ply(filter.mesh, mesh);
@@ -515,12 +513,6 @@ private:
         SceneQuery query;
         query.lights = query.sky = query.camera = query.extras = true;
         place_objects(result_.live_objects, query);
-        if (gamma_.exponent != 1) {
-            // Baked colours are linear.
-            query.suffix = "\n#version 3.7;\nglobal_settings{assumed_gamma 1}\n";
-            result_.warnings.emplace_back(
-                "assumed_gamma is not 1: transparent objects and the sky have other colours beside the bake");
-        }
         Surroundings surroundings;
         const std::string live = name_ + "_live";
         surroundings.file = folder_ / live / (live + ".pov");
@@ -651,8 +643,7 @@ private:
             bool is_dark = true, is_negative = false;
             for (int c = 0; c < 3; ++c) {
                 is_negative = is_negative || lamp.colour[c] < 0;
-                lamp.colour[c] =
-                    static_cast<float>(std::pow(std::max(0.0, double(lamp.colour[c])), gamma_.exponent));
+                lamp.colour[c] = std::max(0.0f, lamp.colour[c]);
                 is_dark = is_dark && !(lamp.colour[c] > 0);
             }
             if (is_negative)
@@ -679,10 +670,13 @@ private:
     Result<Done> add_environment() {
         AffineMap turn = world_;
         for (Vec3d& axis : turn.axes) axis /= scale_;
-        HF_TRY(const Image environment,
+        HF_TRY(Image environment,
                surrounding_light(queries_, eye(), turn, distant_, gamma_.is_legacy, progress_));
         if (std::ranges::all_of(environment.pixels, [](const Rgb& pixel) { return pixel == Rgb(0.0f); }))
             return Done{};
+        if (gamma_.exponent != 1)
+            for (Rgb& pixel : environment.pixels)
+                for (int c = 0; c < 3; ++c) pixel[c] = static_cast<float>(gamma_.number(double(pixel[c])));
         const std::filesystem::path file = folder_ / (name_ + "_environment.exr");
         HF_TRY_DONE(write_image(environment, file));
         result_.scene.environment.image = file;

@@ -77,6 +77,7 @@ SceneQuery ObjectLattice::query(int width, int height, const std::string& camera
     query.put =
         "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) object{HF_A[HF_N] HF_Placed(HF_RA[HF_N]) no_shadow} "
         "#end #end";
+    query.in_numbers = true;
     query.width = width;
     query.height = height;
     query.suffix = fmt::format("\n#version 3.7;\nglobal_settings{{adc_bailout 0 max_trace_level 6 {}}}\n{}",

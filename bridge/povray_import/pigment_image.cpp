@@ -216,16 +216,23 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
                                      texel_camera(lattice, surfaces, chosen, charts,
                                                   opacity ? screen_distance : ObjectLattice::start_distance));
     query.pigments = true;
+    query.in_numbers = false;
     Image image;
     image.width = charts.width;
     image.height = charts.height;
     std::vector<std::uint8_t> has_colour = charts.covered;
+    const auto light_of = [&](Rgb numbers) {
+        if (queries.gamma().exponent != 1)
+            for (int c = 0; c < 3; ++c)
+                numbers[c] = static_cast<float>(queries.gamma().light(double(numbers[c])));
+        return numbers;
+    };
     if (opacity) {
         HF_TRY_DONE(measure_opacity(queries, query, lattice, surfaces, chosen, image, has_colour, progress));
         for (const ChartRectangle& rectangle : charts.rectangles) {
             const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
-            fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], charts.covered, image,
-                 has_colour);
+            fill(rectangle, light_of(surface.colours[surface.triangles[rectangle.triangle][0]]),
+                 charts.covered, image, has_colour);
         }
         return image;
     }
@@ -245,8 +252,8 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
     }
     for (const ChartRectangle& rectangle : charts.rectangles) {
         const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
-        fill(rectangle, surface.colours[surface.triangles[rectangle.triangle][0]], charts.covered, image,
-             has_colour);
+        fill(rectangle, light_of(surface.colours[surface.triangles[rectangle.triangle][0]]), charts.covered,
+             image, has_colour);
     }
     return image;
 }

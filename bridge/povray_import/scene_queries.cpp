@@ -251,6 +251,11 @@ double SceneGamma::light(double number) const {
     return std::pow(std::max(0.0, number), exponent);
 }
 
+double SceneGamma::number(double light) const {
+    if (is_legacy) return double(srgb_encoded(static_cast<float>(light)));
+    return std::pow(std::max(0.0, light), 1 / exponent);
+}
+
 SceneQueries::~SceneQueries() = default;
 
 Result<Done> SceneQueries::measure_gamma(const Progress& progress) {
@@ -339,6 +344,9 @@ Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::st
     if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
     HF_TRY(const std::string bytes, written(uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm"));
     HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
+    if (query.in_numbers && gamma_.exponent != 1)
+        for (Rgb& pixel : answer.pixels)
+            for (int c = 0; c < 3; ++c) pixel[c] = static_cast<float>(gamma_.number(double(pixel[c])));
     return answer;
 }
 

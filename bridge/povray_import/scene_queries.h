@@ -26,6 +26,7 @@ struct SceneGamma {
     bool is_legacy = false;  ///< A scene without assumed_gamma before version 3.7: numbers are sRGB-encoded.
 
     double light(double number) const;  ///< Linear light of a number.
+    double number(double light) const;  ///< The inverse.
 };
 
 /// One question: what POV-Ray evaluates before, after and around the scene's text.
@@ -36,6 +37,7 @@ struct SceneQuery {
     std::string prelude;        ///< Further text before the scene.
     std::string suffix;         ///< Text behind the scene.
     int width = 1, height = 1;  ///< Of the picture. [pixels]
+    bool in_numbers = false;    ///< The picture is in the numbers of the scene instead of linear light.
     bool is_linear = false;     ///< The picture is linear, else decoded from what POV-Ray displays.
     std::vector<std::string> arguments{};  ///< Further arguments of POV-Ray.
     /// Ends POV-Ray when it needs more processor time for one object. POV-Ray announces each object by

@@ -1,5 +1,6 @@
 #include "shading/visibility/light_filters.h"
 
+#include <cassert>
 #include <cmath>
 
 #include "fields/base/embree_rays.h"
@@ -7,8 +8,9 @@
 namespace haarfield {
 
 void LightFilters::add(std::span<const Vec3f> positions,
-                       std::span<const std::array<std::uint32_t, 3>> triangles, const Rgb& colour,
+                       std::span<const std::array<std::uint32_t, 3>> triangles, std::vector<Rgb> colours,
                        const Rgb& absorption) {
+    assert(colours.size() == 1 || colours.size() == triangles.size());
     if (!scene_) {
         scene_.reset(rtcNewScene(device_.get()), &rtcReleaseScene);
         rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -17,7 +19,7 @@ void LightFilters::add(std::span<const Vec3f> positions,
     rtcSetGeometryMask(geometry.get(), ~0u);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene_.get(), geometry.get(), static_cast<unsigned>(colours_.size()));
-    colours_.push_back(colour);
+    colours_.push_back(std::move(colours));
     absorption_.push_back(absorption);
 }
 
@@ -44,7 +46,10 @@ Rgb LightFilters::transmitted(const Vec3f& from, const Vec3f& end) const {
         const unsigned geometry = hit->hit.geomID;
         const bool is_same = geometry == last_geometry, enters = outwards(*hit).dot(way) < 0;
         // At an edge, rounding can find both triangles. A ray enters and leaves a surface in turn.
-        if (!is_same || enters != last_enters || at - last > again * at) passed *= colours_[geometry];
+        if (!is_same || enters != last_enters || at - last > again * at) {
+            const std::vector<Rgb>& colours = colours_[geometry];
+            passed *= colours[colours.size() > 1 ? hit->hit.primID : 0];
+        }
         if (crossing > 0 && !enters)
             for (int c = 0; c < 3; ++c)
                 passed[c] *= std::exp(-absorption_[geometry][c] * (at - last) * length);

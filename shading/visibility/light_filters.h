@@ -20,11 +20,11 @@ public:
     /// Adds a mesh.
     ///
     /// positions   [m]
-    /// colour      fraction of light that passes each triangle, in [0, 1].
+    /// colours     fraction of light that passes each triangle, in [0, 1]; one colour serves all triangles.
     /// absorption  absorption coefficient inside a closed mesh; >= 0. [1/m] As in POV-Ray, it acts over the
     ///             way from the last crossing of any mesh to the one that leaves this mesh.
     void add(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
-             const Rgb& colour, const Rgb& absorption = Rgb(0.0f));
+             std::vector<Rgb> colours, const Rgb& absorption = Rgb(0.0f));
 
     /// Builds the acceleration structure; call it after the last addition.
     ///
@@ -42,7 +42,8 @@ public:
 private:
     EmbreeDevice device_;
     std::shared_ptr<RTCSceneTy> scene_;
-    std::vector<Rgb> colours_, absorption_;  // By geometry.
+    std::vector<std::vector<Rgb>> colours_;  // By geometry.
+    std::vector<Rgb> absorption_;            // By geometry.
 };
 
 }  // namespace haarfield

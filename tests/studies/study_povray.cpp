@@ -145,6 +145,9 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
     for (const ImportedMesh& mesh : meshes)
         colours.push_back(mesh.mesh.uvs.empty() ? mesh.mesh.colours
                                                 : std::vector<Rgb>(mesh.mesh.positions.size(), Rgb(1.0f)));
+    for (std::vector<Rgb>& each : colours)
+        for (Rgb& colour : each)
+            for (int c = 0; c < 3; ++c) colour[c] = std::pow(colour[c], scene.assumed_gamma);
     std::vector<BakedInstance> instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::size_t entity = scene.instances[i].entity;

@@ -142,7 +142,7 @@ py::dict write_povray(const Bake& bake, const std::filesystem::path& folder, con
     const auto files = long_call<BakedFiles>(py::none(), [&](const Progress&) {
         const LatLongImage background = image_with_suns(prepared.light.environment);
         return write_baked_scene(folder, stem, prepared.scene.camera, bake.baked.instances,
-                                 BackgroundDescription{&background});
+                                 BackgroundDescription{&background, false, prepared.scene.assumed_gamma});
     });
     if (files.clamped_vertices > 0)
         warn({fmt::format("{}: the radiance of {} vertices is clamped to [0, 65000]", stem,

@@ -40,7 +40,8 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
                 fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
     }
     HF_TRY(ReferenceFiles files,
-           write_reference_scene(folder, stem, camera, instances, environment, lights, {bounces}, lamps));
+           write_reference_scene(folder, stem, camera, instances, environment, lights, {bounces}, lamps,
+                                 prepared.scene.filters, prepared.scene.assumed_gamma));
     files.warnings.insert(files.warnings.begin(), warnings.begin(), warnings.end());
     Reference reference{nullptr, std::move(files)};
     if (!render) return reference;
