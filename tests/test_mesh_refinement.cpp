@@ -178,6 +178,7 @@ TEST(MeshRefinement, SmoothRadianceIsNotCut) {
     const LitBox lit;
     const MeshRefiner refiner(lit.shading, {0.01f, 100000, false, true}, lit.radiant(80));
     EXPECT_EQ(refiner.cut(100000)->cut_edges(), 0u);
+    EXPECT_EQ(refiner.cut(100000, CutSearch::all)->cut_edges(), 0u);
 }
 
 TEST(MeshRefinement, SamplePointsAreThoseOfTheShading) {

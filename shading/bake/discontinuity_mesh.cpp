@@ -128,7 +128,7 @@ Result<bool> are_worthwhile(const PointShading& shading, std::span<const UncutMe
                             const PlacedSolids& solids, const std::vector<CutEdge>& edges,
                             const Progress& progress) {
     constexpr std::size_t sample_size = 256;
-    constexpr double least_share = 0.4;
+    constexpr double least_share = 0.25;
     if (edges.size() <= sample_size) return true;
     std::vector<double> up_to;  // Sums of the squares of gains.
     for (const CutEdge& edge : edges)
@@ -272,10 +272,13 @@ private:
 Result<DiscontinuityMeshes> DiscontinuityMeshes::make(const PointShading& shading,
                                                       std::span<const UncutMesh> meshes,
                                                       const PlacedSolids& solids, float contrast,
-                                                      std::size_t most_vertices, const Progress& progress) {
+                                                      std::size_t most_vertices, CutSearch extent,
+                                                      const Progress& progress) {
     std::vector<CutEdge> edges = candidates(meshes, contrast);
-    HF_TRY(const bool is_worthwhile, are_worthwhile(shading, meshes, solids, edges, progress));
-    if (!is_worthwhile) edges.clear();
+    if (extent == CutSearch::sampled) {
+        HF_TRY(const bool is_worthwhile, are_worthwhile(shading, meshes, solids, edges, progress));
+        if (!is_worthwhile) edges.clear();
+    }
     for (int step = 0; step < bisections; ++step)
         HF_TRY_DONE(halve(shading, meshes, solids, edges, progress));
     choose(shading.scene, meshes, most_vertices, edges);

@@ -9,6 +9,12 @@
 
 namespace haarfield {
 
+/// The edges among which discontinuities are searched.
+enum class CutSearch {
+    sampled,  ///< All, if a sample has many discontinuities; else none.
+    all,
+};
+
 /// A mesh to be cut, with the radiance of its vertices. Its pointers must outlive the call.
 struct UncutMesh {
     const EdgeBisection* bisection = nullptr;
@@ -27,11 +33,11 @@ public:
     /// Along each candidate edge whose ends differ enough, bisection finds the interval that contains most of
     /// the difference. If it is short, its ends become vertices with the radiance there. Each triangle with
     /// such edges is divided along them, so that a narrow strip separates light and shadow. Edges on seams,
-    /// where vertices have the same place, are not cut. There are no T-junctions. Nothing is cut if a sample
-    /// of the edges has few discontinuities.
+    /// where vertices have the same place, are not cut. There are no T-junctions.
     ///
     /// contrast       smallest difference between the ends of an edge, with tints, summed over the channels.
     /// most_vertices  of all meshes; the edges with the largest difference times length are cut first.
+    /// extent         whether a sample of the edges decides if the others are searched.
     /// accuracy       bit-identical for any number of threads.
     /// cost           up to seven shaded points per candidate with that contrast.
     /// errors         interrupted.
@@ -39,7 +45,8 @@ public:
     ///                here the discontinuities are found on edges instead of computed from occluders.
     static Result<DiscontinuityMeshes> make(const PointShading& shading, std::span<const UncutMesh> meshes,
                                             const PlacedSolids& solids, float contrast,
-                                            std::size_t most_vertices, const Progress& progress = {});
+                                            std::size_t most_vertices, CutSearch extent,
+                                            const Progress& progress = {});
 
     /// A point of a triangle, as weights of its corners.
     struct Located {

@@ -28,10 +28,12 @@ constexpr double largest_direct_share = 0.5;
 constexpr std::size_t face_size_points = 192;
 /// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
 constexpr double least_growth = 1.06, largest_growth = 4;
+/// Factors by which the vertices grow between two measurements.
+constexpr double least_interval = 1.04, largest_interval = 1.25;
 /// Cuts are tried while the error is below this multiple of the target.
 constexpr double largest_cut_error = 10;
-/// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
-/// did not reduce the mean square error to the share `helpful_cut`.
+/// They are tried again when the vertices have grown by the first factor, by the second one if the cuts did not
+/// reduce the mean square error to the share `helpful_cut`, or at once if they almost reached the target.
 constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
 /// Edges with errors below this share of the target are not split. If this ends the refinement too early,
 /// the share is halved down to the second one.
@@ -103,7 +105,7 @@ public:
                     tolerated /= 2;
                     refiner.set_tolerance(static_cast<float>(tolerated * target_.error));
                 }
-                next = refiner.vertices() + refiner.vertices() / 25;
+                next = next_measured(refiner.vertices());
             }
             const auto most = static_cast<std::size_t>(growth_ * double(refiner.vertices()));
             if (most_uncut() <= refiner.vertices()) {
@@ -141,6 +143,12 @@ private:
     /// Returns the largest number of vertices that leaves enough of the budget for cuts.
     std::size_t most_uncut() const {
         return static_cast<std::size_t>(double(target_.vertex_budget) / (1 + cut_share_));
+    }
+
+    /// Returns the number of vertices at which errors are measured again.
+    std::size_t next_measured(std::size_t vertices) const {
+        return static_cast<std::size_t>(double(vertices) *
+                                        std::clamp(std::sqrt(growth_), least_interval, largest_interval));
     }
 
     /// Measures the current meshes, and chooses between sampled and fitted colours and cut meshes.
@@ -185,16 +193,21 @@ private:
     /// Cuts the meshes along hard shadow edges if that reduces the error.
     Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Progress& progress) {
         const double vertices = double(refiner.vertices());
-        bool helps = false;
+        double interval = cut_interval;
         cut_share_ = 0;
-        HF_TRY(cut_, refiner.cut(target_.vertex_budget, progress));
+        HF_TRY(cut_, refiner.cut(target_.vertex_budget, cuts_help_ ? CutSearch::all : CutSearch::sampled,
+                                 progress));
         if (cut_->cut_edges() == 0) {
             cut_.reset();
         } else {
             std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
             HF_TRY(const BakeErrorMeter::Interpolation cut, meter_.steering_error(shown(refiner), progress));
             const SquareEstimate& by_cut = cut.square;
-            helps = by_cut.square < helpful_cut * error.square;
+            cuts_help_ = by_cut.square < helpful_cut * error.square;
+            if (!cuts_help_)
+                interval = long_cut_interval;
+            else if (root(by_cut.square) <= target_.error)
+                interval = 1;
             // Cuts that help little are no reason to stop refining earlier.
             if (by_cut.square < error.square / 2) cut_share_ = double(cut_->added_vertices()) / vertices;
             if (by_cut.square < error.square) {
@@ -204,7 +217,7 @@ private:
                 fitted_ = std::move(fitted);
             }
         }
-        next_cut_ = static_cast<std::size_t>((helps ? cut_interval : long_cut_interval) * vertices);
+        next_cut_ = static_cast<std::size_t>(interval * vertices);
         return Done{};
     }
 
@@ -241,6 +254,7 @@ private:
     double growth_ = largest_growth;  ///< Largest factor by which the next step multiplies the vertices.
     std::optional<SceneRadiance> fitted_;
     std::optional<DiscontinuityMeshes> cut_;
+    bool cuts_help_ = false;    ///< The last cuts reduced the error much.
     std::size_t next_cut_ = 0;  ///< Vertices at which cuts are tried again.
     double cut_share_ = 0;      ///< Vertices that cuts add, relative to the others.
     bool is_budget_used_up_ = false;

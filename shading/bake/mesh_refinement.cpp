@@ -169,7 +169,8 @@ struct MeshRefiner::State {
         return result;
     }
 
-    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, const Progress& progress) const {
+    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, CutSearch extent,
+                                    const Progress& progress) const {
         std::vector<UncutMesh> meshes;
         for (const RefinedInstance& instance : instances_) {
             std::vector<bool> candidates(instance.middles.size());
@@ -179,7 +180,7 @@ struct MeshRefiner::State {
                               instance.tints, std::move(candidates)});
         }
         return DiscontinuityMeshes::make(shading_, meshes, solids_, cut_contrast * wanted_.tolerance * mean_,
-                                         most_vertices, progress);
+                                         most_vertices, extent, progress);
     }
 
     Refinement finished() {
@@ -518,8 +519,9 @@ std::span<const Outgoing> MeshRefiner::radiance(std::size_t instance) const {
 SceneRadiance MeshRefiner::fitted() const {
     return state_->fitted();
 }
-Result<DiscontinuityMeshes> MeshRefiner::cut(std::size_t most_vertices, const Progress& progress) const {
-    return state_->cut(most_vertices, progress);
+Result<DiscontinuityMeshes> MeshRefiner::cut(std::size_t most_vertices, CutSearch extent,
+                                             const Progress& progress) const {
+    return state_->cut(most_vertices, extent, progress);
 }
 Refinement MeshRefiner::finished() && {
     return state_->finished();

@@ -108,10 +108,11 @@ public:
 
     /// Returns the current meshes, cut along discontinuities of radiance that are in the picture.
     ///
-    /// most_vertices  as for DiscontinuityMeshes::make.
-    /// cost           shaded points at edges whose ends differ by more than eight tolerances.
-    /// errors         interrupted.
-    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, const Progress& progress = {}) const;
+    /// most_vertices, extent  as for DiscontinuityMeshes::make.
+    /// cost                   shaded points at edges whose ends differ by more than eight tolerances.
+    /// errors                 interrupted.
+    Result<DiscontinuityMeshes> cut(std::size_t most_vertices, CutSearch extent = CutSearch::sampled,
+                                    const Progress& progress = {}) const;
 
     /// Returns the meshes and statistics.
     Refinement finished() &&;

@@ -42,8 +42,10 @@ std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedSc
     const PathTracer paths(rays, surface);
     std::vector<TruePixel> points;
     for (std::size_t k = 0; k < wanted && !all.empty(); ++k) {
+        // One pixel of each run at random: a regular choice could follow a shadow edge.
+        const double place = double(mixed_seed(37, std::uint32_t(k))) * 0x1p-32;
         const DisplayedPoint& point =
-            all[std::size_t((double(k) + 0.37) / double(wanted) * double(all.size()))];
+            all[std::size_t((double(k) + place) / double(wanted) * double(all.size()))];
         if (surface_point(shaded.entities[shaded.instances[point.at.instance].entity], point.at))
             points.push_back({point.pixel, point, {}});
     }
@@ -74,6 +76,7 @@ struct TrueError {
     double error = 0;            ///< Relative RMSE; negative if noise makes its square negative.
     double low = 0, high = 0;    ///< The 90 % interval by resampling of the pixels.
     std::vector<double> shares;  ///< Of the sum of squares, by pixel of the truth.
+    std::vector<Vec3d> shown;    ///< By pixel of the truth.
 };
 
 double signed_root(double square) {
@@ -87,6 +90,7 @@ TrueError true_error(const BakedScene& baked, const Camera& camera, const std::v
     std::vector<double> sizes;
     for (const TruePixel& point : truth) {
         result.shares.push_back(0);
+        result.shown.emplace_back(0.0);
         sizes.push_back(0);
         const std::optional<MeshPoint>& at = pixels[point.pixel];
         if (!at || at->instance != point.displayed.at.instance) continue;
@@ -97,6 +101,7 @@ TrueError true_error(const BakedScene& baked, const Camera& camera, const std::v
         for (std::size_t c = 0; c < 3; ++c)
             shown += values[mesh.triangles[at->triangle][c]] * at->weights()[c];
         const Vec3d here = point.displayed.displayed(shown);
+        result.shown.back() = here;
         result.shares.back() = (here - point.radiance[0]).dot(here - point.radiance[1]);
         sizes.back() = point.radiance[0].dot(point.radiance[1]);
     }
@@ -143,11 +148,12 @@ void write_findings(const std::filesystem::path& file, const BakedScene& baked, 
     std::vector<std::size_t> order(truth.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t k) { return error.shares[k]; });
-    std::string lines = "column,row,instance,share\n";
+    std::string lines = "column,row,instance,share,shown green,first green,second green\n";
     for (const std::size_t k : order)
-        lines += fmt::format("{},{},{},{:.6f}\n", truth[k].pixel % std::size_t(camera.width),
-                             truth[k].pixel / std::size_t(camera.width), truth[k].displayed.at.instance,
-                             error.shares[k]);
+        lines +=
+            fmt::format("{},{},{},{:.6f},{:.5g},{:.5g},{:.5g}\n", truth[k].pixel % std::size_t(camera.width),
+                        truth[k].pixel / std::size_t(camera.width), truth[k].displayed.at.instance,
+                        error.shares[k], error.shown[k].y, truth[k].radiance[0].y, truth[k].radiance[1].y);
     value_or_exit(write_file(file.string() + ".csv", lines));
 }
 
