@@ -32,8 +32,9 @@ constexpr double least_growth = 1.06, largest_growth = 4;
 constexpr double least_interval = 1.04, largest_interval = 1.25;
 /// Cuts are tried while the error is below this multiple of the target.
 constexpr double largest_cut_error = 10;
-/// They are tried again when the vertices have grown by the first factor, by the second one if the cuts did not
-/// reduce the mean square error to the share `helpful_cut`, or at once if they almost reached the target.
+/// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
+/// did not reduce the mean square error to the share `helpful_cut`; at once if they almost reached the
+/// target.
 constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
 /// Edges with errors below this share of the target are not split. If this ends the refinement too early,
 /// the share is halved down to the second one.
