@@ -265,15 +265,16 @@ TEST(RayRenderer, AGlossyWallReflectsTheRoom) {
     room.scene.eye = {1, 2, 3};
     // Light of radiance L from all sides: the lobe reflects as much of it as of the walls' own light. Only
     // diffuse reflections are reflected further: L = 0.5 + 0.25 + ... = 1.
-    const SceneRadiance direct = *ray_scene_radiance(room.scene, {1 << 12}),
-                        all = *ray_scene_radiance(room.scene, {1 << 12, any_bounces});
+    // All vertices share the samples, whose noise does not average out.
+    const SceneRadiance direct = *ray_scene_radiance(room.scene, {1 << 13}),
+                        all = *ray_scene_radiance(room.scene, {1 << 13, any_bounces});
     double by_walls = 0, by_room = 0;
     for (std::size_t v = 0; v < direct[0].size(); ++v) {
         by_walls += double(direct[0][v].specular.x);
         by_room += double(all[0][v].specular.x - direct[0][v].specular.x);
     }
     EXPECT_GT(by_walls, 0.05 * double(direct[0].size()));
-    EXPECT_NEAR(by_room / by_walls, 1, 0.01);
+    EXPECT_NEAR(by_room / by_walls, 1, 0.02);
 }
 
 TEST(RayRenderer, PathsAgreeWithPathsOfSingleRaysInDistantLight) {
