@@ -106,7 +106,7 @@ TEST(Readme, ScenePageHasTheKeysThatScenesHave) {
     for (const KeyRow& row : key_rows())
         for (const std::string& key : names_in(row.keys)) documented.insert(key);
     for (const char* root : {"camera", "environment", "materials", "entities", "instances", "lights",
-                             "keyframes", "filters", "povray", "bounces"})
+                             "keyframes", "filters", "povray", "bounces", "assumed_gamma"})
         documented.insert(root);
     const std::regex key("\\btake\\w*(?:<[^>]*>)?\\((?:\\w+, )?\"(\\w+)\"");
     for (const char* file : {"scenes/scene_reader.cpp", "scenes/lamp_reader.cpp", "scenes/povray_finish.h"}) {
