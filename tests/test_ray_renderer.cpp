@@ -274,7 +274,7 @@ TEST(RayRenderer, AGlossyWallReflectsTheRoom) {
         by_room += double(all[0][v].specular.x - direct[0][v].specular.x);
     }
     EXPECT_GT(by_walls, 0.05 * double(direct[0].size()));
-    EXPECT_NEAR(by_room / by_walls, 1, 0.02);
+    EXPECT_NEAR(by_room / by_walls, 1, 0.01);
 }
 
 TEST(RayRenderer, PathsAgreeWithPathsOfSingleRaysInDistantLight) {

@@ -44,7 +44,8 @@ struct BackgroundDescription {
 /// identifiers too (`a-b`, `a_b`); callers that need unique ones number them.
 std::string povray_identifier(std::string_view name);
 
-/// Lets POV-Ray read the light in OpenEXR files as the numbers of a scene with an assumed_gamma.
+/// Returns a text of POV-Ray in which `gamma` follows the name of each OpenEXR file, so that the files hold
+/// numbers of a scene with an assumed_gamma instead of linear light.
 std::string with_gamma(std::string text, double assumed_gamma);
 
 /// True if a name is valid for a scene: letters, digits, `_`, `-` and `.`, without a leading `.`. The name

@@ -63,13 +63,10 @@ Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSu
 /// Writes colours with coverage as straight alpha.
 Result<Done> write_cut_outs(const Image& image, const std::filesystem::path& file) {
     std::vector<std::array<std::uint8_t, 4>> texels;
-    const auto code = [](float value) {
-        return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0f, 1.0f)));
-    };
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
         const Rgb& pixel = image.pixels[i];
-        texels.push_back({code(srgb_encoded(pixel.x)), code(srgb_encoded(pixel.y)),
-                          code(srgb_encoded(pixel.z)), code(image.coverage[i])});
+        texels.push_back({unit_byte(srgb_encoded(pixel.x)), unit_byte(srgb_encoded(pixel.y)),
+                          unit_byte(srgb_encoded(pixel.z)), unit_byte(image.coverage[i])});
     }
     HF_TRY(const std::string bytes, png_bytes(texels, image.width, image.height, /*with_alpha=*/true));
     return write_file(file, bytes);

@@ -49,13 +49,14 @@ Result<std::vector<Rgb>> measured_filters(const SceneQueries& queries, const Obj
                         centre = lattice.placed(probe.surface, probe.point - n * distance);
             screens.add({centre + u * 2, centre + v * 1.7 - u, centre - v * 1.7 - u});
         }
+        SceneQuery without_screens = lattice.query(rays);
+        without_screens.pigments = true;
+        const std::string mesh = screens.mesh2();
         std::array<std::vector<Rgb>, 2> colours;
         for (const int white : {0, 1}) {
-            SceneQuery query = lattice.query(rays);
-            query.pigments = true;
-            query.suffix +=
-                fmt::format("{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
-                            screens.mesh2(), white);
+            SceneQuery query = without_screens;
+            query.suffix += fmt::format(
+                "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n", mesh, white);
             HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
             colours[std::size_t(white)] = ObjectLattice::colours(answer, rays.size());
         }

@@ -130,12 +130,12 @@ Result<Done> measure_opacity(const SceneQueries& queries, const SceneQuery& quer
                                       frame.local_normal(Vec3d(surfaces[s].normals[v])) * screen_distance));
         for (const auto& [a, b, c] : surfaces[s].triangles) screen.add({points[a], points[b], points[c]});
     }
+    const std::string mesh = screen.mesh2();
     std::array<std::vector<Rgb>, 2> pictures;
     for (const int white : {0, 1}) {
         SceneQuery with_screen = query;
-        with_screen.suffix +=
-            fmt::format("{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
-                        screen.mesh2(), white);
+        with_screen.suffix += fmt::format(
+            "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n", mesh, white);
         HF_TRY(SceneAnswer answer, queries.answer(with_screen, progress));
         pictures[std::size_t(white)] = std::move(answer.pixels);
     }

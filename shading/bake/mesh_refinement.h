@@ -18,9 +18,9 @@ inline constexpr std::size_t refinement_share = 6;
 /// The limits of a refinement.
 struct RefinementSettings {
     /// Largest difference between the radiance at the middle of an edge and its interpolation, relative to
-    /// the radiance plus the scene's mean radiance; each has the tints of the surface and is summed over the
-    /// channels. The tolerance is
-    /// therefore relative in bright and absolute in dark regions, for any exposure.
+    /// the radiance plus the scene's mean radiance. All include the tints of the surface and are sums over
+    /// the channels. The tolerance is therefore relative in bright and absolute in dark regions, for any
+    /// exposure.
     float tolerance = 0.01f;
     std::size_t vertex_budget = 60000;  ///< Over all instances.
     /// True: edges that look large from the eye are split first. False: edges that are long in the world.

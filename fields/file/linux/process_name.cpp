@@ -1,5 +1,7 @@
 #include "fields/file/process_name.h"
 
+#include "fields/file/linux/process_status.h"
+
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -10,7 +12,6 @@
 #include <charconv>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
 namespace haarfield {
 namespace {
@@ -35,15 +36,12 @@ std::string this_place() {
 
 /// Returns the start time of a process, in the system's unit; 0 if unknown.
 std::uint64_t start_of(pid_t process) {
-    const std::string status = text_of(fmt::format("/proc/{}/stat", process).c_str());
-    const std::size_t name_end = status.rfind(')');  // a process's name may contain anything
-    if (name_end == std::string::npos) return 0;
-    constexpr int words_before = 19;
-    std::istringstream words(status.substr(name_end + 1));
-    std::string skipped;
-    for (int i = 0; i < words_before; ++i) words >> skipped;
+    const std::vector<std::string> status = process_status(process);
+    constexpr std::size_t start_word = 19;
     std::uint64_t start = 0;
-    words >> start;
+    if (status.size() > start_word)
+        std::from_chars(status[start_word].data(), status[start_word].data() + status[start_word].size(),
+                        start);
     return start;
 }
 
