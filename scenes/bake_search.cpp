@@ -87,6 +87,8 @@ std::string reason_of(SearchEnd end, std::size_t vertex_budget) {
             return fmt::format("the budget of {} vertices is used up; a larger --vertex-budget helps",
                                vertex_budget);
         case SearchEnd::short_edges: return "the largest errors are at edges that are too short to be split";
+        case SearchEnd::little_gain:
+            return "more vertices hardly reduce the error; --worst shows where it is largest";
         case SearchEnd::direct_light:
             return "the error is in the direct light at the vertices; a larger --face-size or more "
                    "coarse_triangles in the scene file may help, and `budget` names the cause";

@@ -36,6 +36,8 @@ constexpr double largest_cut_error = 10;
 /// did not reduce the mean square error to the share `helpful_cut`; at once if they almost reached the
 /// target.
 constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
+/// The most reports: while one exceeds the target, the refinement continues.
+constexpr int most_reports = 3;
 /// Edges with errors below this share of the target are not split. If this ends the refinement too early,
 /// the share is halved down to the second one.
 constexpr double tolerated_share = 0.25, least_tolerated_share = 0.25 / 16;
@@ -90,34 +92,18 @@ public:
 
     Result<Done> operator()(std::vector<RadiantMesh> start, VertexMask visible, TargetBake& bake,
                             const Progress& progress) {
-        double tolerated = tolerated_share;
         MeshRefiner refiner(
             shading_,
-            {static_cast<float>(tolerated * target_.error), target_.vertex_budget, target_.by_view, true},
+            {static_cast<float>(tolerated_ * target_.error), target_.vertex_budget, target_.by_view, true},
             std::move(start), std::move(visible));
-        std::size_t next = 0;  // vertices at which errors are measured again
-        for (bool can_refine = true;;) {
-            if (refiner.vertices() >= next || !can_refine) {
-                const bool is_last = !can_refine && (is_budget_used_up_ || refiner.is_budget_used_up() ||
-                                                     tolerated <= least_tolerated_share);
-                HF_TRY(const bool done, is_done(refiner, is_last, progress));
-                if (done || is_last) break;
-                if (!can_refine) {
-                    tolerated /= 2;
-                    refiner.set_tolerance(static_cast<float>(tolerated * target_.error));
-                }
-                next = next_measured(refiner.vertices());
-            }
-            const auto most = static_cast<std::size_t>(growth_ * double(refiner.vertices()));
-            if (most_uncut() <= refiner.vertices()) {
-                can_refine = false;
-                is_budget_used_up_ = true;
-                continue;
-            }
-            HF_TRY(can_refine, refiner.step(progress, std::min(most, most_uncut())));
+        BakeErrorMeter::Interpolation between;
+        for (int reports = 1;; ++reports) {
+            HF_TRY_DONE(refine(refiner, progress));
+            HF_TRY(between, meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
+            if (is_exhausted_ || reports == most_reports || is_enough(refiner, between.square, 1)) break;
+            refiner.add_known(between.largest);
+            set_growth(between.square);
         }
-        HF_TRY(const BakeErrorMeter::Interpolation between,
-               meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
         bake.error = meter_.error(shown(refiner), between, measured_);
         bake.fitted = fitted_.has_value();
         bake.end = end(bake.error, refiner);
@@ -137,6 +123,32 @@ public:
     }
 
 private:
+    /// Refines until the target seems to be reached, or until this is no longer possible.
+    Result<Done> refine(MeshRefiner& refiner, const Progress& progress) {
+        for (bool can_refine = true;;) {
+            if (refiner.vertices() >= next_measured_ || !can_refine) {
+                is_exhausted_ = !can_refine && (is_budget_used_up_ || refiner.is_budget_used_up() ||
+                                                tolerated_ <= least_tolerated_share);
+                HF_TRY(const bool done, is_done(refiner, progress));
+                next_measured_ = static_cast<std::size_t>(
+                    double(refiner.vertices()) *
+                    std::clamp(std::sqrt(growth_), least_interval, largest_interval));
+                if (done || is_exhausted_) return Done{};
+                if (!can_refine) {
+                    tolerated_ /= 2;
+                    refiner.set_tolerance(static_cast<float>(tolerated_ * target_.error));
+                }
+            }
+            const auto most = static_cast<std::size_t>(growth_ * double(refiner.vertices()));
+            if (most_uncut() <= refiner.vertices()) {
+                can_refine = false;
+                is_budget_used_up_ = true;
+                continue;
+            }
+            HF_TRY(can_refine, refiner.step(progress, std::min(most, most_uncut())));
+        }
+    }
+
     BakeErrorMeter::DisplayedRadiance shown(const MeshRefiner& refiner) const {
         return displayed_radiance(refiner, fitted_ ? &*fitted_ : nullptr, cut_ ? &*cut_ : nullptr);
     }
@@ -146,14 +158,8 @@ private:
         return static_cast<std::size_t>(double(target_.vertex_budget) / (1 + cut_share_));
     }
 
-    /// Returns the number of vertices at which errors are measured again.
-    std::size_t next_measured(std::size_t vertices) const {
-        return static_cast<std::size_t>(double(vertices) *
-                                        std::clamp(std::sqrt(growth_), least_interval, largest_interval));
-    }
-
     /// Measures the current meshes, and chooses between sampled and fitted colours and cut meshes.
-    Result<bool> is_done(MeshRefiner& refiner, bool is_last, const Progress& progress) {
+    Result<bool> is_done(MeshRefiner& refiner, const Progress& progress) {
         fitted_.reset();
         cut_.reset();
         HF_TRY(const BakeErrorMeter::Interpolation steering,
@@ -172,7 +178,7 @@ private:
                 fitted_.reset();
         }
         if (root(error.square) <= largest_cut_error * target_.error && !is_enough(refiner, error, 1) &&
-            (is_last || refiner.vertices() >= next_cut_))
+            (is_exhausted_ || refiner.vertices() >= next_cut_))
             HF_TRY_DONE(try_cut(refiner, error, progress));
         if (root(error.square) > 3 * target_.error) return false;
         set_growth(error);
@@ -241,9 +247,10 @@ private:
     SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
         if (error.total <= target_.error) return SearchEnd::reached;
         const double largest = std::max({error.between, error.at_vertices, error.indirect});
-        if (largest == error.between)
-            return is_budget_used_up_ || refiner.is_budget_used_up() ? SearchEnd::vertex_budget
-                                                                     : SearchEnd::short_edges;
+        if (largest == error.between) {
+            if (is_budget_used_up_ || refiner.is_budget_used_up()) return SearchEnd::vertex_budget;
+            return is_exhausted_ ? SearchEnd::short_edges : SearchEnd::little_gain;
+        }
         return largest == error.at_vertices ? SearchEnd::direct_light : SearchEnd::indirect_light;
     }
 
@@ -252,13 +259,16 @@ private:
     BakeErrorMeter& meter_;
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
-    double growth_ = largest_growth;  ///< Largest factor by which the next step multiplies the vertices.
+    double tolerated_ = tolerated_share;  ///< The share of the target below which edges are not split.
+    std::size_t next_measured_ = 0;       ///< Vertices at which errors are measured again.
+    double growth_ = largest_growth;      ///< Largest factor by which the next step multiplies the vertices.
     std::optional<SceneRadiance> fitted_;
     std::optional<DiscontinuityMeshes> cut_;
     bool cuts_help_ = false;    ///< The last cuts reduced the error much.
     std::size_t next_cut_ = 0;  ///< Vertices at which cuts are tried again.
     double cut_share_ = 0;      ///< Vertices that cuts add, relative to the others.
     bool is_budget_used_up_ = false;
+    bool is_exhausted_ = false;  ///< No edge can be split any more.
 };
 
 /// Returns the fine meshes with their radiance, which is extrapolated to vertices inside other instances.

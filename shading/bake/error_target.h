@@ -20,6 +20,7 @@ enum class SearchEnd {
     reached,        ///< The target is reached.
     vertex_budget,  ///< The vertex budget is used up.
     short_edges,    ///< Edges between the points with large errors are too short to be split.
+    little_gain,    ///< More vertices reduced the error too little, several times.
     direct_light,   ///< The direct light where it is computed is not accurate enough.
     indirect_light  ///< The indirect light where it is computed is not accurate enough.
 };
@@ -49,7 +50,8 @@ struct TargetBake {
 /// steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours;
 /// whenever they are 50 % more (300 % where it does not help), also with meshes that are cut along hard
 /// shadow edges. It stops when the upper end of the 90 % interval is below what the shading leaves of the
-/// target. Other points measure the reported error.
+/// target. Other points measure the reported error. If it exceeds the target, the refinement continues, at
+/// most twice.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.

@@ -131,6 +131,7 @@ const char* end_of(SearchEnd end) {
         case SearchEnd::reached: return "reached";
         case SearchEnd::vertex_budget: return "vertex budget";
         case SearchEnd::short_edges: return "short edges";
+        case SearchEnd::little_gain: return "little gain";
         case SearchEnd::direct_light: return "direct light";
         case SearchEnd::indirect_light: return "indirect light";
     }
