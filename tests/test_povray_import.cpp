@@ -439,6 +439,30 @@ TEST(PovrayImport, SmallObjectsThatPovrayTakesForInfiniteHaveTheirOwnGrid) {
         EXPECT_EQ(warning.find("wrong places"), std::string::npos) << warning;
 }
 
+TEST(PovrayImport, ThinPartsOfUnionsAreWhole) {
+    // The rod is thinner than half a cell of the union's first grid.
+    const auto imported =
+        imported_text("povray_thin",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,3,-9> look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\n"
+                      "union{box{-1,1} cylinder{<.3,0,.2>,<.9,2.5,.5>,.035} pigment{rgb .5}}\n",
+                      32);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.entities.size(), 1u);
+    const Result<ImportedMesh> mesh = read_mesh(imported->scene.entities.front().mesh);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    const Vec3f from(0.54f, 1.0f, 0.32f), to(0.9f, 2.5f, 0.5f);
+    for (int step = 1; step <= 50; ++step) {
+        const Vec3f at = from + (to - from) * (float(step) / 50);
+        float nearest = INFINITY;
+        for (const Vec3f& p : mesh->mesh.positions)
+            nearest = std::min(nearest, (Vec3f(p.x, p.y, -p.z) - at).length());
+        EXPECT_LT(nearest, 0.06f) << step;
+    }
+    for (const std::string& warning : imported->warnings)
+        EXPECT_EQ(warning.find("narrower"), std::string::npos) << warning;
+}
+
 TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
     const auto imported =
         imported_text("povray_room",

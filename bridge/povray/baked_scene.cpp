@@ -31,7 +31,7 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
                          const std::string& file_name, double assumed_gamma) {
     std::string text = fmt::format(
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
-        "// {2} vertices, {3} triangles, {4} textures; linear radiance, {6}, +y up, metres.\n"
+        "// {2} vertices, {3} triangles, {4} textures; {9}, {6}, +y up, metres.\n"
         "//\n"
         "// Use it in your scene:\n"
         "//     #version 3.7;\n"
@@ -56,7 +56,9 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         instance.left_handed
             ? "// Its coordinates are those of the POV-Ray file of its mesh: do not mirror it.\n"
             : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n",
-        assumed_gamma);
+        assumed_gamma,
+        assumed_gamma == 1 ? "linear radiance"
+                           : fmt::format("radiance to the power of 1 / {:.6g}", assumed_gamma));
     text += mesh;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),

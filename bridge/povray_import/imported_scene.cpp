@@ -10,6 +10,7 @@
 
 #include "bridge/povray_import/light_probe.h"
 #include "bridge/povray_import/object_filters.h"
+#include "bridge/povray_import/object_silhouettes.h"
 #include "fields/base/names.h"
 #include "fields/base/srgb.h"
 #include "fields/file/write_file.h"
@@ -27,7 +28,8 @@ constexpr std::size_t many = 8;                // Objects of one statement that 
 constexpr float mostly_transparent = 0.5f;     // Of one surface, in one channel.
 constexpr float slightly_transparent = 0.05f;  // Of an object.
 constexpr int environment_width = 1024;
-constexpr int finer_grids = 2;  // How often the grids of objects with thin parts are doubled.
+constexpr std::size_t most_wrong_pixels = 8;  // Of an object's silhouettes.
+constexpr int finer_grids = 2;                // How often the grids of objects with thin parts are doubled.
 
 /// Writes a binary PLY with normals, and linear colours or image coordinates.
 Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
@@ -210,15 +212,28 @@ private:
 
     /// Samples objects with parts thinner than a cell again, with finer grids.
     Result<Done> sample_again(std::vector<ObjectSurface>& surfaces) {
-        for (int round = 0; round < finer_grids; ++round) {
+        std::vector<GridRequest> sampled_last;
+        for (const ObjectSurface& surface : surfaces) sampled_last.push_back(request_of(surface.object));
+        for (int round = 0; round <= finer_grids; ++round) {
+            // Silhouettes are missing if they take too long.
+            const Result<ObjectSilhouettes> silhouettes =
+                ObjectSilhouettes::create(queries_, sampled_last, options_.object_seconds, progress_);
+            if (progress_.stop.stop_requested()) return interruption();
             std::vector<GridRequest> finer;
             for (const ObjectSurface& surface : surfaces) {
                 const std::size_t doubtful = surface.double_edges + surface.missed_edges;
-                if (doubtful <= surface.triangles.size() / 100 + 4) continue;
+                const bool is_coarse = silhouettes && silhouettes->wrong_pixels(surface) > most_wrong_pixels;
+                if (doubtful <= surface.triangles.size() / 100 + 4 && !is_coarse) continue;
                 GridRequest request = request_of(surface.object);
+                if (is_coarse && round == finer_grids)
+                    warn(survey_.objects[surface.object].statement,
+                         fmt::format(
+                             "may lack parts that are thinner than {:.2g}",
+                             std::max({request.size.x, request.size.y, request.size.z}) / request.cells));
                 request.cells *= 2;
                 finer.push_back(request);
             }
+            if (round == finer_grids) break;
             if (finer.empty()) break;
             // Objects that take too long remain as they are.
             Result<ObjectSurfaces> sampled =
@@ -230,6 +245,7 @@ private:
                 request_of(surface.object) = *std::ranges::find(finer, surface.object, &GridRequest::object);
                 *same = std::move(surface);
             }
+            sampled_last = std::move(finer);
         }
         return Done{};
     }
@@ -367,8 +383,8 @@ private:
         const auto statement_of = [&](const ObjectSurface& surface) {
             return survey_.objects[surface.object].statement;
         };
-        for (const ObjectSurface& surface : surfaces) {
-            if (has_pattern(surface)) patterned.insert(statement_of(surface));
+        for (ObjectSurface& surface : surfaces) {
+            if (find_pattern(surface)) patterned.insert(statement_of(surface));
             if (surface.transmittance > slightly_transparent) translucent.insert(statement_of(surface));
         }
         std::vector<std::size_t> opaque, cut_out;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <map>
 
 #include "bridge/povray_import/object_lattice.h"
 #include "bridge/povray_import/surface_charts.h"
@@ -189,16 +190,42 @@ void fill(const ChartRectangle& chart, const Rgb& otherwise, const std::vector<s
 
 }  // namespace
 
-bool has_pattern(const ObjectSurface& surface) {
-    constexpr float visible = 0.02f;
-    Rgb least(1e9f), most(-1e9f);
-    for (const Rgb& colour : surface.colours)
-        for (int c = 0; c < 3; ++c) {
-            least[c] = std::min(least[c], colour[c]);
-            most[c] = std::max(most[c], colour[c]);
-        }
-    const Rgb range = most - least;
-    return std::max({range.x, range.y, range.z}) > visible;
+bool find_pattern(ObjectSurface& surface) {
+    constexpr float visible = 0.01f;
+    constexpr std::size_t per_stray = 500;  // Vertices for each one whose ray may have missed the surface.
+    constexpr double least_similar = 0.4;   // Of the neighbours of a vertex with a colour of its own.
+    if (surface.colours.empty()) return false;
+    Rgb usual;
+    for (int c = 0; c < 3; ++c) {
+        std::vector<float> values;
+        for (const Rgb& colour : surface.colours) values.push_back(colour[c]);
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        usual[c] = *middle;
+    }
+    const auto differ = [](const Rgb& a, const Rgb& b) {
+        return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)}) > visible;
+    };
+    struct Neighbours {
+        int similar = 0, all = 0;
+    };
+    std::map<std::uint32_t, Neighbours> different;
+    for (std::uint32_t v = 0; v < surface.colours.size(); ++v)
+        if (differ(surface.colours[v], usual)) different.emplace(v, Neighbours());
+    if (different.size() > surface.colours.size() / per_stray) return true;
+    for (const auto& triangle : surface.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (const auto at = different.find(triangle[k]); at != different.end())
+                for (const std::uint32_t other : {triangle[(k + 1) % 3], triangle[(k + 2) % 3]}) {
+                    at->second.similar += !differ(surface.colours[other], surface.colours[triangle[k]]);
+                    ++at->second.all;
+                }
+    std::erase_if(different, [&](const auto& vertex) {
+        if (vertex.second.similar >= least_similar * vertex.second.all) return false;
+        surface.colours[vertex.first] = usual;
+        return true;
+    });
+    return !different.empty();
 }
 
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,

@@ -390,7 +390,9 @@ Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string
     if (uses_frames_) arguments.insert(arguments.end(), {"+KFF9", "+SF1", "+EF1"});
     arguments.insert(arguments.end(), query.arguments.begin(), query.arguments.end());
 
-    return sandboxed_run(file_, {folder}, scratch(), std::move(arguments), options_, query.object_seconds,
+    QueryOptions options = options_;
+    if (query.seconds > 0) options.seconds = std::min(options.seconds, query.seconds);
+    return sandboxed_run(file_, {folder}, scratch(), std::move(arguments), options, query.object_seconds,
                          progress);
 }
 

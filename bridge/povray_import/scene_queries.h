@@ -43,6 +43,7 @@ struct SceneQuery {
     /// Ends POV-Ray when it needs more processor time for one object. POV-Ray announces each object by
     /// `#debug "HF_OBJECT k\n"`. [s] 0: no limit.
     double object_seconds = 0;
+    double seconds = 0;  ///< Wall time, if it is shorter than QueryOptions::seconds. [s] 0: no such limit.
 };
 
 /// The result of a run.

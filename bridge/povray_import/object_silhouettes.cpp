@@ -1,0 +1,243 @@
+#include "bridge/povray_import/object_silhouettes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "bridge/povray_import/object_lattice.h"
+#include "bridge/povray_import/triangle_text.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int pixels_per_cell = 4;
+constexpr double most_pixels = 4e6;
+constexpr double gap = 1;  // Between an object's box and the rays' starts and ends. [cells]
+constexpr std::array<float, 3> screen_colour{0.8125f, 0.1875f, 0.4375f};  // Which no pigment has.
+
+using PixelPoint = Imath::Vec2<double>;  ///< Pixel (x, y) covers [x, x + 1) x [y, y + 1).
+
+/// A pixel image of points that are set, with one byte each.
+class Mask {
+public:
+    Mask(int columns, int rows)
+        : Mask(columns, rows, std::vector<std::uint8_t>(std::size_t(columns) * std::size_t(rows))) {}
+    Mask(int columns, int rows, std::vector<std::uint8_t> set)
+        : columns_(columns), rows_(rows), set_(std::move(set)) {}
+
+    /// Sets the pixels whose centres are inside a triangle, and those of its edges.
+    void add(const std::array<PixelPoint, 3>& corners) {
+        for (std::size_t k = 0; k < 3; ++k) add_edge(corners[k], corners[(k + 1) % 3]);
+        const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+        const int first = std::max(0, int(std::ceil(low - 0.5))),
+                  last = std::min(rows_ - 1, int(std::floor(high - 0.5)));
+        for (int row = first; row <= last; ++row) {
+            double from = INFINITY, to = -INFINITY;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const PixelPoint &a = corners[k], &b = corners[(k + 1) % 3];
+                const double t = (row + 0.5 - a.y) / (b.y - a.y);
+                if (!(t >= 0 && t <= 1)) continue;
+                from = std::min(from, a.x + t * (b.x - a.x));
+                to = std::max(to, a.x + t * (b.x - a.x));
+            }
+            for (int column = std::max(0, int(std::ceil(from - 0.5)));
+                 column <= std::min(columns_ - 1, int(std::floor(to - 0.5))); ++column)
+                set(column, row);
+        }
+    }
+
+    /// Returns the pixels within a distance along both axes.
+    std::vector<std::uint8_t> widened(int distance) const {
+        std::vector<std::uint8_t> along_rows(set_.size()), wide(set_.size());
+        spread(set_, along_rows, columns_, rows_, 1, columns_, distance);
+        spread(along_rows, wide, rows_, columns_, columns_, 1, distance);
+        return wide;
+    }
+
+    const std::vector<std::uint8_t>& pixels() const { return set_; }
+
+private:
+    void set(int column, int row) {
+        set_[std::size_t(row) * std::size_t(columns_) + std::size_t(column)] = 1;
+    }
+
+    void add_edge(const PixelPoint& from, const PixelPoint& to) {
+        const PixelPoint along = to - from;
+        const int steps = std::max(1, int(std::ceil(2 * std::max(std::abs(along.x), std::abs(along.y)))));
+        for (int step = 0; step <= steps; ++step) {
+            const PixelPoint at = from + along * (double(step) / steps);
+            if (at.x >= 0 && at.y >= 0 && at.x < columns_ && at.y < rows_) set(int(at.x), int(at.y));
+        }
+    }
+
+    /// Spreads the pixels of `count` lines of a length; `step` and `line` are the distances in memory.
+    static void spread(const std::vector<std::uint8_t>& from, std::vector<std::uint8_t>& to, int length,
+                       int count, int step, int line, int distance) {
+        for (int l = 0; l < count; ++l)
+            for (int at = 0; at < length; ++at) {
+                const std::size_t start = std::size_t(l) * std::size_t(line);
+                if (!from[start + std::size_t(at) * std::size_t(step)]) continue;
+                for (int near = std::max(0, at - distance); near <= std::min(length - 1, at + distance);
+                     ++near)
+                    to[start + std::size_t(near) * std::size_t(step)] = 1;
+            }
+    }
+
+    int columns_, rows_;
+    std::vector<std::uint8_t> set_;
+};
+
+/// A rectangle of the picture.
+struct Place {
+    int left = 0, top = 0;
+};
+
+/// Places rectangles in rows of a width. Returns the height of all.
+int pack(std::span<const std::array<int, 2>> sizes, int width, std::vector<Place>& places) {
+    int left = 0, top = 0, height = 0;
+    for (const auto& [columns, rows] : sizes) {
+        if (left > 0 && left + columns > width) {
+            top += height;
+            left = height = 0;
+        }
+        places.push_back({left, top});
+        left += columns;
+        height = std::max(height, rows);
+    }
+    return top + height;
+}
+
+}  // namespace
+
+Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
+                                                    std::span<const GridRequest> requests, double seconds,
+                                                    const Progress& progress) {
+    ObjectSilhouettes result;
+    // Objects with many cells are large in the picture.
+    std::vector<GridRequest> wanted;
+    std::ranges::copy_if(requests, std::back_inserter(wanted), std::logical_not(), &GridRequest::is_cut);
+    std::ranges::stable_sort(wanted, std::ranges::greater(), &GridRequest::cells);
+    double pixels = 0;
+    std::vector<ObjectSurface> chosen;
+    for (const GridRequest& request : wanted) {
+        const GridFrame frame = grid_frame(request);
+        const Vec3d sides = (request.size * frame.scale + Vec3d(2 * gap)) * double(pixels_per_cell);
+        pixels += sides.x * sides.y + sides.y * sides.z + sides.z * sides.x;
+        if (pixels > most_pixels) break;
+        chosen.emplace_back().object = request.object;
+    }
+    if (chosen.empty()) return result;
+    std::ranges::sort(chosen, {}, &ObjectSurface::object);
+    const ObjectLattice lattice(requests, chosen);
+
+    std::vector<std::array<int, 2>> sizes;
+    int width = 1024;
+    for (std::size_t s = 0; s < chosen.size(); ++s) {
+        const GridRequest& request =
+            *std::ranges::lower_bound(requests, chosen[s].object, {}, &GridRequest::object);
+        const Vec3d half = request.size / 2 + Vec3d(gap) / lattice.frame(s).scale;
+        for (int axis = 0; axis < 3; ++axis) {
+            Tile& tile = result.tiles_.emplace_back();
+            tile.object = chosen[s].object;
+            tile.axis = axis;
+            tile.lower = request.centre - half;
+            tile.pixels = lattice.frame(s).scale * double(pixels_per_cell);
+            const Vec3d sides = half * 2 * tile.pixels;
+            tile.columns = int(std::ceil(sides[(axis + 1) % 3]));
+            tile.rows = int(std::ceil(sides[(axis + 2) % 3]));
+            width = std::max(width, tile.columns);
+            sizes.push_back({tile.columns, tile.rows});
+        }
+    }
+    std::vector<Place> places;
+    const int height = pack(sizes, width, places);
+
+    // Each silhouette's rays start at a rectangle in front of the object, and end at a screen behind it.
+    std::string corners, uvs, faces;
+    TriangleText screens;
+    for (std::size_t t = 0; t < result.tiles_.size(); ++t) {
+        const Tile& tile = result.tiles_[t];
+        const std::size_t s = t / 3;
+        const int across = (tile.axis + 1) % 3, down = (tile.axis + 2) % 3;
+        std::array<Vec3d, 4> screen;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const int x = k == 1 || k == 2 ? tile.columns : 0, y = k >= 2 ? tile.rows : 0;
+            Vec3d at = tile.lower;
+            at[across] += x / tile.pixels[across];
+            at[down] += y / tile.pixels[down];
+            const Vec3d behind = lattice.placed(s, lattice.frame(s).local_point(at));
+            const double depth =
+                2 * (lattice.frame(s).local_point(tile.lower)[tile.axis] - lattice.frame(s).shift[tile.axis]);
+            Vec3d front = behind;
+            front[tile.axis] -= depth;
+            screen[k] = behind;
+            fmt::format_to(std::back_inserter(corners), "<{:.9g},{:.9g},{:.9g}>\n", front.x, front.y,
+                           front.z);
+            // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
+            fmt::format_to(std::back_inserter(uvs), "<{:.9g},{:.9g}>\n", (places[t].left + x - 0.5) / width,
+                           1 - (places[t].top + y - 0.5) / height);
+        }
+        fmt::format_to(std::back_inserter(faces), "<{0},{2},{1}>\n<{0},{3},{2}>\n", 4 * t, 4 * t + 1,
+                       4 * t + 2, 4 * t + 3);
+        screens.add({screen[0], screen[1], screen[2]});
+        screens.add({screen[0], screen[2], screen[3]});
+    }
+    const std::string colour =
+        fmt::format("rgb<{},{},{}>", screen_colour[0], screen_colour[1], screen_colour[2]);
+    const std::size_t count = result.tiles_.size();
+    SceneQuery query =
+        lattice.query(width, height,
+                      fmt::format("#declare HF_Tiles=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}"
+                                  "face_indices{{{3},{4}}}}}\ncamera{{mesh_camera{{1 3 mesh{{HF_Tiles}}}}"
+                                  "location<0,0,0>direction<0,0,-1>}}\nbackground{{{5}}}\n"
+                                  "global_settings{{max_trace_level 1}}\n"  // Transparent parts are black.
+                                  "{6} pigment{{{5}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
+                                  4 * count, corners, uvs, 2 * count, faces, colour, screens.mesh2()));
+    query.pigments = true;
+    query.in_numbers = false;
+    query.seconds = seconds;
+    HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
+    Rgb nothing;
+    for (int c = 0; c < 3; ++c)
+        nothing[c] = static_cast<float>(queries.gamma().light(double(screen_colour[std::size_t(c)])));
+    constexpr float visible = 1e-3f;
+    for (std::size_t t = 0; t < count; ++t) {
+        Tile& tile = result.tiles_[t];
+        for (int y = 0; y < tile.rows; ++y)
+            for (int x = 0; x < tile.columns; ++x) {
+                const Rgb away = answer.pixels[std::size_t(places[t].top + y) * std::size_t(width) +
+                                               std::size_t(places[t].left + x)] -
+                                 nothing;
+                tile.met.push_back(std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) >
+                                   visible);
+            }
+    }
+    return result;
+}
+
+std::size_t ObjectSilhouettes::wrong_pixels(const ObjectSurface& surface) const {
+    std::size_t wrong = 0;
+    for (const Tile& tile : tiles_) {
+        if (tile.object != surface.object) continue;
+        const int across = (tile.axis + 1) % 3, down = (tile.axis + 2) % 3;
+        Mask mask(tile.columns, tile.rows);
+        for (const auto& triangle : surface.triangles) {
+            std::array<PixelPoint, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3d at = (Vec3d(surface.positions[triangle[k]]) - tile.lower) * tile.pixels;
+                corners[k] = {at[across], at[down]};
+            }
+            mask.add(corners);
+        }
+        const std::vector<std::uint8_t> near_surface = mask.widened(1),
+                                        near_object = Mask(tile.columns, tile.rows, tile.met).widened(1);
+        for (std::size_t i = 0; i < tile.met.size(); ++i)
+            wrong += (tile.met[i] && !near_surface[i]) || (mask.pixels()[i] && !near_object[i]);
+    }
+    return wrong;
+}
+
+}  // namespace haarfield
