@@ -3,8 +3,10 @@
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/preparation/mesh_simplification.h"
+#include "tests/fixtures/example_meshes.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -351,6 +353,23 @@ TEST(MeshPreparation, StopsWhenAsked) {
     const Result<PreparedMesh> result = prepare_mesh({sphere(40, 80), {}}, {20000, 500}, progress);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::interrupted);
+}
+
+TEST(Simplified, FlatRegionsHaveNoFans) {
+    const Mesh coarse =
+        simplified(turned_mesh(box_mesh(Vec3f(-1), Vec3f(1), 60), rotation_xyz({0.3f, 0.5f, 0.7f})), 4000,
+                   ClosedFaces::outwards, {});
+    EXPECT_GT(coarse.triangles.size(), 3000u);
+    EXPECT_LE(coarse.triangles.size(), 4000u);
+    std::vector<std::size_t> triangles_at(coarse.positions.size());
+    double area = 0;
+    for (const auto& [a, b, c] : coarse.triangles) {
+        for (const std::uint32_t v : {a, b, c}) ++triangles_at[v];
+        const Vec3f p = coarse.positions[a];
+        area += 0.5 * double((coarse.positions[b] - p).cross(coarse.positions[c] - p).length());
+    }
+    EXPECT_LE(std::ranges::max(triangles_at), 24u);
+    EXPECT_NEAR(area, 24, 1e-4);
 }
 
 TEST(CoarserMeshes, HaveAThirdOfTheTrianglesEachAndSayHowFarTheyAre) {

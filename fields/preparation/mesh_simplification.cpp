@@ -291,13 +291,50 @@ struct NearEnough {
     }
 };
 
+using Quadrics = simplification::GarlandHeckbert_plane_policies<Surface, Kernel>;
+
+/// Costs of collapses: quadrics, and a small share of the squared lengths of edges. In flat regions, all
+/// quadrics are zero; without the lengths, collapses make fans of thousands of edges there.
+struct CostWithLength : Quadrics {
+    using Quadrics::Quadrics;
+
+    template <class Profile, class Placement>
+    auto operator()(const Profile& profile, const Placement& placement) const {
+        constexpr double length_share = 1e-6;
+        auto cost = Quadrics::operator()(profile, placement);
+        if (cost) *cost += length_share * CGAL::squared_distance(profile.p0(), profile.p1());
+        return cost;
+    }
+};
+
+/// Places vertices at the minimum of their quadrics if it is near the edge. In flat regions, rounding decides
+/// where the minimum is; there, vertices are placed at the better end or in the middle of the edge.
+struct PlacementNearEdge {
+    const Quadrics* quadrics;
+
+    template <class Profile>
+    auto operator()(const Profile& profile) const {
+        auto best = (*quadrics)(profile);
+        const Kernel::Point_3 middle = CGAL::midpoint(profile.p0(), profile.p1());
+        if (best &&
+            CGAL::squared_distance(*best, middle) <= CGAL::squared_distance(profile.p0(), profile.p1()))
+            return best;
+        best = middle;
+        for (const Kernel::Point_3& end : {profile.p0(), profile.p1()}) {
+            const decltype(best) candidate(end);
+            if ((*quadrics)(profile, candidate) < (*quadrics)(profile, best)) best = candidate;
+        }
+        return best;
+    }
+};
+
 /// Collapses edges by quadrics. `wanted`: a number of triangles, for the progress alone.
 template <class Until>
 void collapse(Surface& surface, const Until& until, std::size_t wanted, const Progress& progress) {
-    const simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
+    const CostWithLength cost(surface);
     simplification::edge_collapse(surface, until,
-                                  CGAL::parameters::get_cost(quadrics.get_cost())
-                                      .get_placement(quadrics.get_placement())
+                                  CGAL::parameters::get_cost(cost)
+                                      .get_placement(PlacementNearEdge{&cost})
                                       .filter(simplification::Bounded_normal_change_filter<>())
                                       .visitor(CollapseProgress(wanted, surface, progress)));
 }
