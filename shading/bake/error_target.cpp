@@ -100,9 +100,10 @@ public:
         for (int reports = 1;; ++reports) {
             HF_TRY_DONE(refine(refiner, progress));
             HF_TRY(between, meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
+            references_ = between.strata;
             if (is_exhausted_ || reports == most_reports || is_enough(refiner, between.square, 1)) break;
             refiner.add_known(between.largest);
-            set_growth(between.square);
+            set_growth(refiner, between.square);
         }
         bake.error = meter_.error(shown(refiner), between, measured_);
         bake.fitted = fitted_.has_value();
@@ -181,7 +182,7 @@ private:
             (is_exhausted_ || refiner.vertices() >= next_cut_))
             HF_TRY_DONE(try_cut(refiner, error, progress));
         if (root(error.square) > 3 * target_.error) return false;
-        set_growth(error);
+        set_growth(refiner, error);
         if (!is_enough(refiner, error, 1)) return false;
         // Other points than the steering ones decide. A close decision takes more of them, which cost less
         // than the vertices that a wide interval would demand.
@@ -190,7 +191,7 @@ private:
             HF_TRY(const BakeErrorMeter::Interpolation between,
                    meter_.interpolation_error(shown(refiner), seed_, points, progress, target_.error));
             refiner.add_known(between.largest);
-            set_growth(between.square);
+            set_growth(refiner, between.square);
             if (is_enough(refiner, interval_end(between.square, 19), margin)) return true;
             if (!is_enough(refiner, interval_end(between.square, 1), 1)) return false;
         }
@@ -230,8 +231,11 @@ private:
 
     /// Limits the next step. Errors of interpolation are about inversely proportional to the number of
     /// vertices.
-    void set_growth(const SquareEstimate& between) {
-        growth_ = std::clamp(root(between.square) / target_.error, least_growth, largest_growth);
+    void set_growth(const MeshRefiner& refiner, const SquareEstimate& between) {
+        const double shading = shading_error(refiner),
+                     allowed = std::max(root(target_.error * target_.error - shading * shading),
+                                        least_share * target_.error);
+        growth_ = std::clamp(root(between.square) / allowed, least_growth, largest_growth);
     }
 
     /// True if the whole error reaches the target with this error of interpolation, or if the shading misses
@@ -239,9 +243,14 @@ private:
     ///
     /// share  of the target.
     bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between, double share) const {
-        const double total = meter_.error(shown(refiner), {between, {}, 0, {}, {}}, measured_).total;
-        return total <= share * target_.error || (root(measured_.all.square) > share * target_.error &&
-                                                  root(between.square) <= least_share * target_.error);
+        const double shading = shading_error(refiner), total = std::hypot(shading, root(between.square));
+        return total <= share * target_.error ||
+               (shading > share * target_.error && root(between.square) <= least_share * target_.error);
+    }
+
+    /// Returns the error of the shading itself.
+    double shading_error(const MeshRefiner& refiner) const {
+        return meter_.error(shown(refiner), {{}, {}, 0, references_, {}}, measured_).total;
     }
 
     SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
@@ -259,6 +268,7 @@ private:
     BakeErrorMeter& meter_;
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
+    std::vector<BakeErrorMeter::Stratum> references_;  ///< Of the last report; none: those of measured_.
     double tolerated_ = tolerated_share;  ///< The share of the target below which edges are not split.
     std::size_t next_measured_ = 0;       ///< Vertices at which errors are measured again.
     double growth_ = largest_growth;      ///< Largest factor by which the next step multiplies the vertices.
