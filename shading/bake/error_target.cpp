@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-/// The share of the target that interpolation may use if the shading alone exceeds the target.
+/// The share of the shading's error that interpolation may have if the shading alone exceeds the target.
 constexpr double least_share = 0.5;
 /// The share of the target at which the search ends, since other points measure the reported error.
 constexpr double margin = 0.97;
@@ -234,7 +234,7 @@ private:
     void set_growth(const MeshRefiner& refiner, const SquareEstimate& between) {
         const double shading = shading_error(refiner),
                      allowed = std::max(root(target_.error * target_.error - shading * shading),
-                                        least_share * target_.error);
+                                        least_share * std::max(target_.error, shading));
         growth_ = std::clamp(root(between.square) / allowed, least_growth, largest_growth);
     }
 
@@ -245,7 +245,7 @@ private:
     bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between, double share) const {
         const double shading = shading_error(refiner), total = std::hypot(shading, root(between.square));
         return total <= share * target_.error ||
-               (shading > share * target_.error && root(between.square) <= least_share * target_.error);
+               (shading > share * target_.error && root(between.square) <= least_share * shading);
     }
 
     /// Returns the error of the shading itself.
