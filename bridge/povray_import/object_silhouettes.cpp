@@ -110,92 +110,124 @@ int pack(std::span<const std::array<int, 2>> sizes, int width, std::vector<Place
     return top + height;
 }
 
-}  // namespace
-
-Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
-                                                    std::span<const GridRequest> requests, double seconds,
-                                                    const Progress& progress) {
-    ObjectSilhouettes result;
-    // Objects with many cells are large in the picture.
+/// Returns the objects with the most cells, which are large in the picture, as far as the pixels suffice.
+std::vector<ObjectSurface> chosen_objects(std::span<const GridRequest> requests) {
     std::vector<GridRequest> wanted;
     std::ranges::copy_if(requests, std::back_inserter(wanted), std::logical_not(), &GridRequest::is_cut);
     std::ranges::stable_sort(wanted, std::ranges::greater(), &GridRequest::cells);
     double pixels = 0;
     std::vector<ObjectSurface> chosen;
     for (const GridRequest& request : wanted) {
-        const GridFrame frame = grid_frame(request);
-        const Vec3d sides = (request.size * frame.scale + Vec3d(2 * gap)) * double(pixels_per_cell);
+        const Vec3d sides =
+            (request.size * grid_frame(request).scale + Vec3d(2 * gap)) * double(pixels_per_cell);
         pixels += sides.x * sides.y + sides.y * sides.z + sides.z * sides.x;
         if (pixels > most_pixels) break;
         chosen.emplace_back().object = request.object;
     }
-    if (chosen.empty()) return result;
     std::ranges::sort(chosen, {}, &ObjectSurface::object);
-    const ObjectLattice lattice(requests, chosen);
+    return chosen;
+}
 
+/// POV-Ray's text for silhouettes. The rays of each one start at a rectangle in front of the object, and end
+/// at a screen behind it.
+class SilhouetteText {
+public:
+    SilhouetteText(int width, int height) : width_(width), height_(height) {}
+
+    /// front, screen  corners of the rectangles.
+    /// pixels         the corners in the picture.
+    void add(const std::array<Vec3d, 4>& front, const std::array<Vec3d, 4>& screen,
+             const std::array<std::array<int, 2>, 4>& pixels) {
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Vec3d& at = front[k];
+            fmt::format_to(std::back_inserter(corners_), "<{:.9g},{:.9g},{:.9g}>\n", at.x, at.y, at.z);
+            // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
+            fmt::format_to(std::back_inserter(uvs_), "<{:.9g},{:.9g}>\n", (pixels[k][0] - 0.5) / width_,
+                           1 - (pixels[k][1] - 0.5) / height_);
+        }
+        const std::size_t first = 4 * count_++;
+        fmt::format_to(std::back_inserter(faces_), "<{0},{2},{1}>\n<{0},{3},{2}>\n", first, first + 1,
+                       first + 2, first + 3);
+        screens_.add({screen[0], screen[1], screen[2]});
+        screens_.add({screen[0], screen[2], screen[3]});
+    }
+
+    /// Returns the camera and the screens. Transparent parts are black, since their rays end.
+    std::string text() const {
+        const std::string colour =
+            fmt::format("rgb<{},{},{}>", screen_colour[0], screen_colour[1], screen_colour[2]);
+        return fmt::format(
+            "#declare "
+            "HF_Tiles=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
+            "camera{{mesh_camera{{1 3 mesh{{HF_Tiles}}}}location<0,0,0>direction<0,0,-1>}}\n"
+            "background{{{5}}}\nglobal_settings{{max_trace_level 1}}\n"
+            "{6} pigment{{{5}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
+            4 * count_, corners_, uvs_, 2 * count_, faces_, colour, screens_.mesh2());
+    }
+
+private:
+    int width_, height_;
+    std::size_t count_ = 0;
+    std::string corners_, uvs_, faces_;
+    TriangleText screens_;
+};
+
+}  // namespace
+
+void ObjectSilhouettes::add_tiles(const GridRequest& request) {
+    const GridFrame frame = grid_frame(request);
+    const Vec3d half = request.size / 2 + Vec3d(gap) / frame.scale;
+    for (int axis = 0; axis < 3; ++axis) {
+        Tile& tile = tiles_.emplace_back();
+        tile.object = request.object;
+        tile.axis = axis;
+        tile.lower = request.centre - half;
+        tile.pixels = frame.scale * double(pixels_per_cell);
+        const Vec3d sides = half * 2 * tile.pixels;
+        tile.columns = int(std::ceil(sides[(axis + 1) % 3]));
+        tile.rows = int(std::ceil(sides[(axis + 2) % 3]));
+    }
+}
+
+Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
+                                                    std::span<const GridRequest> requests, double seconds,
+                                                    const Progress& progress) {
+    ObjectSilhouettes result;
+    const std::vector<ObjectSurface> chosen = chosen_objects(requests);
+    if (chosen.empty()) return result;
+    for (const ObjectSurface& surface : chosen)
+        result.add_tiles(*std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object));
     std::vector<std::array<int, 2>> sizes;
     int width = 1024;
-    for (std::size_t s = 0; s < chosen.size(); ++s) {
-        const GridRequest& request =
-            *std::ranges::lower_bound(requests, chosen[s].object, {}, &GridRequest::object);
-        const Vec3d half = request.size / 2 + Vec3d(gap) / lattice.frame(s).scale;
-        for (int axis = 0; axis < 3; ++axis) {
-            Tile& tile = result.tiles_.emplace_back();
-            tile.object = chosen[s].object;
-            tile.axis = axis;
-            tile.lower = request.centre - half;
-            tile.pixels = lattice.frame(s).scale * double(pixels_per_cell);
-            const Vec3d sides = half * 2 * tile.pixels;
-            tile.columns = int(std::ceil(sides[(axis + 1) % 3]));
-            tile.rows = int(std::ceil(sides[(axis + 2) % 3]));
-            width = std::max(width, tile.columns);
-            sizes.push_back({tile.columns, tile.rows});
-        }
+    for (const Tile& tile : result.tiles_) {
+        sizes.push_back({tile.columns, tile.rows});
+        width = std::max(width, tile.columns);
     }
     std::vector<Place> places;
     const int height = pack(sizes, width, places);
 
-    // Each silhouette's rays start at a rectangle in front of the object, and end at a screen behind it.
-    std::string corners, uvs, faces;
-    TriangleText screens;
+    const ObjectLattice lattice(requests, chosen);
+    SilhouetteText text(width, height);
     for (std::size_t t = 0; t < result.tiles_.size(); ++t) {
         const Tile& tile = result.tiles_[t];
         const std::size_t s = t / 3;
+        const GridFrame& frame = lattice.frame(s);
         const int across = (tile.axis + 1) % 3, down = (tile.axis + 2) % 3;
-        std::array<Vec3d, 4> screen;
+        const double depth = 2 * (frame.shift - frame.local_point(tile.lower))[tile.axis];
+        std::array<Vec3d, 4> front, screen;
+        std::array<std::array<int, 2>, 4> pixels{};
         for (std::size_t k = 0; k < 4; ++k) {
             const int x = k == 1 || k == 2 ? tile.columns : 0, y = k >= 2 ? tile.rows : 0;
             Vec3d at = tile.lower;
             at[across] += x / tile.pixels[across];
             at[down] += y / tile.pixels[down];
-            const Vec3d behind = lattice.placed(s, lattice.frame(s).local_point(at));
-            const double depth =
-                2 * (lattice.frame(s).local_point(tile.lower)[tile.axis] - lattice.frame(s).shift[tile.axis]);
-            Vec3d front = behind;
-            front[tile.axis] -= depth;
-            screen[k] = behind;
-            fmt::format_to(std::back_inserter(corners), "<{:.9g},{:.9g},{:.9g}>\n", front.x, front.y,
-                           front.z);
-            // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
-            fmt::format_to(std::back_inserter(uvs), "<{:.9g},{:.9g}>\n", (places[t].left + x - 0.5) / width,
-                           1 - (places[t].top + y - 0.5) / height);
+            screen[k] = front[k] = lattice.placed(s, frame.local_point(at));
+            front[k][tile.axis] += depth;
+            pixels[k] = {places[t].left + x, places[t].top + y};
         }
-        fmt::format_to(std::back_inserter(faces), "<{0},{2},{1}>\n<{0},{3},{2}>\n", 4 * t, 4 * t + 1,
-                       4 * t + 2, 4 * t + 3);
-        screens.add({screen[0], screen[1], screen[2]});
-        screens.add({screen[0], screen[2], screen[3]});
+        text.add(front, screen, pixels);
     }
-    const std::string colour =
-        fmt::format("rgb<{},{},{}>", screen_colour[0], screen_colour[1], screen_colour[2]);
-    const std::size_t count = result.tiles_.size();
-    SceneQuery query =
-        lattice.query(width, height,
-                      fmt::format("#declare HF_Tiles=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}"
-                                  "face_indices{{{3},{4}}}}}\ncamera{{mesh_camera{{1 3 mesh{{HF_Tiles}}}}"
-                                  "location<0,0,0>direction<0,0,-1>}}\nbackground{{{5}}}\n"
-                                  "global_settings{{max_trace_level 1}}\n"  // Transparent parts are black.
-                                  "{6} pigment{{{5}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
-                                  4 * count, corners, uvs, 2 * count, faces, colour, screens.mesh2()));
+    SceneQuery query = lattice.query(width, height, text.text());
     query.pigments = true;
     query.in_numbers = false;
     query.seconds = seconds;
@@ -204,7 +236,7 @@ Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
     for (int c = 0; c < 3; ++c)
         nothing[c] = static_cast<float>(queries.gamma().light(double(screen_colour[std::size_t(c)])));
     constexpr float visible = 1e-3f;
-    for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t t = 0; t < result.tiles_.size(); ++t) {
         Tile& tile = result.tiles_[t];
         for (int y = 0; y < tile.rows; ++y)
             for (int x = 0; x < tile.columns; ++x) {

@@ -37,7 +37,9 @@ private:
         std::vector<std::uint8_t> met;  ///< 1: the pixel's ray meets the object.
     };
 
-    std::vector<Tile> tiles_;
+    void add_tiles(const GridRequest& request);
+
+    std::vector<Tile> tiles_;  ///< Three for each object.
 };
 
 }  // namespace haarfield
