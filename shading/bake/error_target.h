@@ -51,7 +51,7 @@ struct TargetBake {
 /// whenever they are 50 % more (300 % where it does not help), also with meshes that are cut along hard
 /// shadow edges. It stops when the upper end of the 90 % interval is below what the shading leaves of the
 /// target. Other points measure the reported error. If it exceeds the target, the refinement continues, at
-/// most twice.
+/// most twice. Where the shading alone exceeds the target, interpolation may have half of its error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces.
 /// population  the points at which the bake is displayed.
