@@ -12,8 +12,8 @@ extern "C" const char* __lsan_default_suppressions() {
 // in oneTBB's threads.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
-    return "race:fold_tree\nrace:task_group_context::state\nrace:libembree\nrace:libOpenImageIO\nrace:"
-           "openvdb\n";
+    return "race:fold_tree\nrace:task_group_context::state\n"
+           "race:libembree\nrace:libOpenImageIO\nrace:openvdb\n";
 }
 
 // Tests fork while oneTBB's threads exist. OpenVDB allocates what damaged files ask for.

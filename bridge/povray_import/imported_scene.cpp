@@ -29,7 +29,7 @@ constexpr float mostly_transparent = 0.5f;     // Of one surface, in one channel
 constexpr float slightly_transparent = 0.05f;  // Of an object.
 constexpr int environment_width = 1024;
 constexpr std::size_t most_wrong_pixels = 8;  // Of an object's silhouettes.
-constexpr int finer_grids = 2;                // How often the grids of objects with thin parts are doubled.
+constexpr int finer_grids = 2;                // How often the grids of objects with narrow parts are doubled.
 
 /// Writes a binary PLY with normals, and linear colours or image coordinates.
 Result<Done> write_surface_ply(const std::filesystem::path& file, const ObjectSurface& surface) {
@@ -210,7 +210,7 @@ private:
         return Done{};
     }
 
-    /// Samples objects with parts thinner than a cell again, with finer grids.
+    /// Samples objects with parts or gaps narrower than a cell again, with finer grids.
     Result<Done> sample_again(std::vector<ObjectSurface>& surfaces) {
         std::vector<GridRequest> sampled_last;
         for (const ObjectSurface& surface : surfaces) sampled_last.push_back(request_of(surface.object));
@@ -228,13 +228,12 @@ private:
                 if (is_coarse && round == finer_grids)
                     warn(survey_.objects[surface.object].statement,
                          fmt::format(
-                             "may lack parts that are thinner than {:.2g}",
+                             "may lack parts or gaps that are narrower than {:.2g}",
                              std::max({request.size.x, request.size.y, request.size.z}) / request.cells));
                 request.cells *= 2;
                 finer.push_back(request);
             }
-            if (round == finer_grids) break;
-            if (finer.empty()) break;
+            if (round == finer_grids || finer.empty()) break;
             // Objects that take too long remain as they are.
             Result<ObjectSurfaces> sampled =
                 object_surfaces(queries_, finer, options_.object_seconds, progress_);

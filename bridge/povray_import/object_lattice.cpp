@@ -33,20 +33,31 @@ void add_triangle(const Vec3d& centre, const Vec3d& direction, TriangleText& tri
                    centre - (e2 * sine + e1 * half) * size});
 }
 
+/// Returns the requests of surfaces.
+std::vector<GridRequest> requests_of(std::span<const GridRequest> requests,
+                                     std::span<const ObjectSurface> surfaces) {
+    std::vector<GridRequest> result;
+    for (const ObjectSurface& surface : surfaces)
+        result.push_back(*std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object));
+    return result;
+}
+
 }  // namespace
 
 ObjectLattice::ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces,
-                             bool is_original) {
+                             bool is_original)
+    : ObjectLattice(requests_of(requests, surfaces), is_original) {}
+
+ObjectLattice::ObjectLattice(std::vector<GridRequest> requests, bool is_original)
+    : requests_(std::move(requests)) {
     double spacing = 0;
-    for (const ObjectSurface& surface : surfaces) {
-        const auto request = std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object);
-        requests_.push_back(*request);
-        frames_.push_back(grid_frame(*request));
-        if (is_original && !request->is_cut) {
+    for (const GridRequest& request : requests_) {
+        frames_.push_back(grid_frame(request));
+        if (is_original && !request.is_cut) {
             frames_.back().scale = Vec3d(1, 1, 1);
             frames_.back().shift = Vec3d(0, 0, 0);
         }
-        const Vec3d size = request->size * frames_.back().scale;
+        const Vec3d size = request.size * frames_.back().scale;
         spacing = std::max(spacing, 1.5 * std::max({size.x, size.y, size.z}) + 10);
     }
     const auto side = static_cast<std::size_t>(

@@ -19,8 +19,10 @@ struct TracedPoint {
 /// Objects side by side, each scaled to its grid, so that a ray meets only its own object.
 class ObjectLattice {
 public:
-    /// surfaces     of some of the requests.
+    /// requests     sorted by object.
     /// is_original  objects keep their size, except for those that are cut.
+    explicit ObjectLattice(std::vector<GridRequest> requests, bool is_original = false);
+    /// surfaces  of some of the requests, which are sorted by object.
     ObjectLattice(std::span<const GridRequest> requests, std::span<const ObjectSurface> surfaces,
                   bool is_original = false);
 

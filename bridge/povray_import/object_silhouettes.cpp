@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "bridge/povray_import/object_lattice.h"
+#include "bridge/povray_import/texel_camera.h"
 #include "bridge/povray_import/triangle_text.h"
 
 namespace haarfield {
@@ -16,7 +17,6 @@ namespace {
 constexpr int pixels_per_cell = 4;
 constexpr double most_pixels = 4e6;
 constexpr double gap = 1;  // Between an object's box and the rays' starts and ends. [cells]
-constexpr std::array<float, 3> screen_colour{0.8125f, 0.1875f, 0.4375f};  // Which no pigment has.
 
 using PixelPoint = Imath::Vec2<double>;  ///< Pixel (x, y) covers [x, x + 1) x [y, y + 1).
 
@@ -110,67 +110,23 @@ int pack(std::span<const std::array<int, 2>> sizes, int width, std::vector<Place
     return top + height;
 }
 
-/// Returns the objects with the most cells, which are large in the picture, as far as the pixels suffice.
-std::vector<ObjectSurface> chosen_objects(std::span<const GridRequest> requests) {
-    std::vector<GridRequest> wanted;
-    std::ranges::copy_if(requests, std::back_inserter(wanted), std::logical_not(), &GridRequest::is_cut);
-    std::ranges::stable_sort(wanted, std::ranges::greater(), &GridRequest::cells);
+/// Returns the requests with the most cells, whose objects are large in the picture, as far as the pixels
+/// suffice.
+std::vector<GridRequest> chosen_requests(std::span<const GridRequest> requests) {
+    std::vector<GridRequest> chosen;
+    std::ranges::copy_if(requests, std::back_inserter(chosen), std::logical_not(), &GridRequest::is_cut);
+    std::ranges::stable_sort(chosen, std::ranges::greater(), &GridRequest::cells);
     double pixels = 0;
-    std::vector<ObjectSurface> chosen;
-    for (const GridRequest& request : wanted) {
+    const auto is_too_much = [&](const GridRequest& request) {
         const Vec3d sides =
             (request.size * grid_frame(request).scale + Vec3d(2 * gap)) * double(pixels_per_cell);
         pixels += sides.x * sides.y + sides.y * sides.z + sides.z * sides.x;
-        if (pixels > most_pixels) break;
-        chosen.emplace_back().object = request.object;
-    }
-    std::ranges::sort(chosen, {}, &ObjectSurface::object);
+        return pixels > most_pixels;
+    };
+    chosen.erase(std::ranges::find_if(chosen, is_too_much), chosen.end());
+    std::ranges::sort(chosen, {}, &GridRequest::object);
     return chosen;
 }
-
-/// POV-Ray's text for silhouettes. The rays of each one start at a rectangle in front of the object, and end
-/// at a screen behind it.
-class SilhouetteText {
-public:
-    SilhouetteText(int width, int height) : width_(width), height_(height) {}
-
-    /// front, screen  corners of the rectangles.
-    /// pixels         the corners in the picture.
-    void add(const std::array<Vec3d, 4>& front, const std::array<Vec3d, 4>& screen,
-             const std::array<std::array<int, 2>, 4>& pixels) {
-        for (std::size_t k = 0; k < 4; ++k) {
-            const Vec3d& at = front[k];
-            fmt::format_to(std::back_inserter(corners_), "<{:.9g},{:.9g},{:.9g}>\n", at.x, at.y, at.z);
-            // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
-            fmt::format_to(std::back_inserter(uvs_), "<{:.9g},{:.9g}>\n", (pixels[k][0] - 0.5) / width_,
-                           1 - (pixels[k][1] - 0.5) / height_);
-        }
-        const std::size_t first = 4 * count_++;
-        fmt::format_to(std::back_inserter(faces_), "<{0},{2},{1}>\n<{0},{3},{2}>\n", first, first + 1,
-                       first + 2, first + 3);
-        screens_.add({screen[0], screen[1], screen[2]});
-        screens_.add({screen[0], screen[2], screen[3]});
-    }
-
-    /// Returns the camera and the screens. Transparent parts are black, since their rays end.
-    std::string text() const {
-        const std::string colour =
-            fmt::format("rgb<{},{},{}>", screen_colour[0], screen_colour[1], screen_colour[2]);
-        return fmt::format(
-            "#declare "
-            "HF_Tiles=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
-            "camera{{mesh_camera{{1 3 mesh{{HF_Tiles}}}}location<0,0,0>direction<0,0,-1>}}\n"
-            "background{{{5}}}\nglobal_settings{{max_trace_level 1}}\n"
-            "{6} pigment{{{5}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
-            4 * count_, corners_, uvs_, 2 * count_, faces_, colour, screens_.mesh2());
-    }
-
-private:
-    int width_, height_;
-    std::size_t count_ = 0;
-    std::string corners_, uvs_, faces_;
-    TriangleText screens_;
-};
 
 }  // namespace
 
@@ -193,10 +149,9 @@ Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
                                                     std::span<const GridRequest> requests, double seconds,
                                                     const Progress& progress) {
     ObjectSilhouettes result;
-    const std::vector<ObjectSurface> chosen = chosen_objects(requests);
+    const std::vector<GridRequest> chosen = chosen_requests(requests);
     if (chosen.empty()) return result;
-    for (const ObjectSurface& surface : chosen)
-        result.add_tiles(*std::ranges::lower_bound(requests, surface.object, {}, &GridRequest::object));
+    for (const GridRequest& request : chosen) result.add_tiles(request);
     std::vector<std::array<int, 2>> sizes;
     int width = 1024;
     for (const Tile& tile : result.tiles_) {
@@ -206,46 +161,49 @@ Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
     std::vector<Place> places;
     const int height = pack(sizes, width, places);
 
-    const ObjectLattice lattice(requests, chosen);
-    SilhouetteText text(width, height);
+    // Each silhouette's rays start at a rectangle in front of the object, and end at a screen behind it.
+    const ObjectLattice lattice(chosen);
+    TexelCamera camera(width, height);
+    TriangleText screens;
     for (std::size_t t = 0; t < result.tiles_.size(); ++t) {
         const Tile& tile = result.tiles_[t];
-        const std::size_t s = t / 3;
+        const std::size_t s = t / 3, first = camera.vertices();
         const GridFrame& frame = lattice.frame(s);
         const int across = (tile.axis + 1) % 3, down = (tile.axis + 2) % 3;
         const double depth = 2 * (frame.shift - frame.local_point(tile.lower))[tile.axis];
-        std::array<Vec3d, 4> front, screen;
-        std::array<std::array<int, 2>, 4> pixels{};
+        std::array<Vec3d, 4> screen;
         for (std::size_t k = 0; k < 4; ++k) {
             const int x = k == 1 || k == 2 ? tile.columns : 0, y = k >= 2 ? tile.rows : 0;
             Vec3d at = tile.lower;
             at[across] += x / tile.pixels[across];
             at[down] += y / tile.pixels[down];
-            screen[k] = front[k] = lattice.placed(s, frame.local_point(at));
-            front[k][tile.axis] += depth;
-            pixels[k] = {places[t].left + x, places[t].top + y};
+            Vec3d front = screen[k] = lattice.placed(s, frame.local_point(at));
+            front[tile.axis] += depth;
+            camera.add_vertex(front, double(places[t].left + x) / width,
+                              1 - double(places[t].top + y) / height);
         }
-        text.add(front, screen, pixels);
+        camera.add_triangle(first, first + 1, first + 2);
+        camera.add_triangle(first, first + 2, first + 3);
+        screens.add({screen[0], screen[1], screen[2]});
+        screens.add({screen[0], screen[2], screen[3]});
     }
-    SceneQuery query = lattice.query(width, height, text.text());
+    // Transparent parts are black, since their rays end.
+    SceneQuery query =
+        lattice.query(width, height,
+                      fmt::format("{}global_settings{{max_trace_level 1}}\n"
+                                  "{} pigment{{{}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
+                                  camera.text(0), screens.mesh2(), no_surface_colour()));
     query.pigments = true;
     query.in_numbers = false;
     query.seconds = seconds;
     HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-    Rgb nothing;
-    for (int c = 0; c < 3; ++c)
-        nothing[c] = static_cast<float>(queries.gamma().light(double(screen_colour[std::size_t(c)])));
-    constexpr float visible = 1e-3f;
+    const std::vector<std::uint8_t> met = pixels_on_surfaces(queries.gamma(), answer.pixels);
     for (std::size_t t = 0; t < result.tiles_.size(); ++t) {
         Tile& tile = result.tiles_[t];
-        for (int y = 0; y < tile.rows; ++y)
-            for (int x = 0; x < tile.columns; ++x) {
-                const Rgb away = answer.pixels[std::size_t(places[t].top + y) * std::size_t(width) +
-                                               std::size_t(places[t].left + x)] -
-                                 nothing;
-                tile.met.push_back(std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) >
-                                   visible);
-            }
+        for (int y = 0; y < tile.rows; ++y) {
+            const auto row = met.begin() + std::ptrdiff_t(places[t].top + y) * width + places[t].left;
+            tile.met.insert(tile.met.end(), row, row + tile.columns);
+        }
     }
     return result;
 }

@@ -15,7 +15,7 @@ public:
     /// seconds   wall time after which POV-Ray is ended.
     /// errors    those of SceneQueries::answer.
     /// cost      one run of POV-Ray, and 2 us of processor time per pixel.
-    /// source    a mesh_camera with distribution 3 and two triangles for each silhouette.
+    /// source    texel_camera.h, with two triangles for each silhouette.
     static Result<ObjectSilhouettes> create(const SceneQueries& queries,
                                             std::span<const GridRequest> requests, double seconds,
                                             const Progress& progress = {});
@@ -30,7 +30,7 @@ private:
     /// One silhouette: orthographic, along an axis of the scene.
     struct Tile {
         std::size_t object = 0;
-        int axis = 0;                   ///< Rows follow the axis behind the next one, columns the next one.
+        int axis = 0;                   ///< Of the rays. Columns follow the next axis, rows the one after.
         int columns = 0, rows = 0;      ///< [pixels]
         Vec3d lower{0, 0, 0};           ///< Of the pixels' box, in the scene.
         Vec3d pixels{1, 1, 1};          ///< Per unit of the scene, by axis.

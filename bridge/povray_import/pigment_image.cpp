@@ -8,6 +8,7 @@
 
 #include "bridge/povray_import/object_lattice.h"
 #include "bridge/povray_import/surface_charts.h"
+#include "bridge/povray_import/texel_camera.h"
 #include "bridge/povray_import/triangle_text.h"
 
 namespace haarfield {
@@ -21,7 +22,6 @@ constexpr double least_cosine = 0.1;
 constexpr double finest = 1e-6;  // Texels' least size relative to their object.
 constexpr double screen_distance =
     0.3;  // Of rays' starts and screens from partly transparent surfaces. [cells]
-constexpr std::array<float, 3> no_surface{0.8125f, 0.1875f, 0.4375f};  // A background that no pigment has.
 
 /// Tests whether a point is in the picture or near its border.
 bool is_in_picture(const SurveyedCamera& camera, const Vec3d& point) {
@@ -85,31 +85,16 @@ void chart(const ChartedSurface& charted, ObjectSurface& surface) {
 /// start   distance of the rays' starts from the surface. [cells]
 std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
                          const std::vector<std::size_t>& chosen, const SurfaceCharts& charts, double start) {
-    std::string positions, uvs, faces;
-    std::size_t vertices = 0, triangles = 0;
-    // POV-Ray renders pixel (x, y) for the coordinates (x / width, 1 - y / height).
-    const double right = 0.5 / charts.width, up = 0.5 / charts.height;
+    TexelCamera camera(charts.width, charts.height);
     for (const std::size_t s : chosen) {
         const ObjectSurface& surface = surfaces[s];
-        for (std::size_t v = 0; v < surface.positions.size(); ++v) {
-            const Vec3d p = lattice.placed(s, lattice.frame(s).local_point(Vec3d(surface.positions[v])));
-            const Vec2f& uv = surface.uvs[v];
-            fmt::format_to(std::back_inserter(positions), "<{:.9g},{:.9g},{:.9g}>\n", p.x, p.y, p.z);
-            fmt::format_to(std::back_inserter(uvs), "<{:.9g},{:.9g}>\n", double(uv.x) - right,
-                           double(uv.y) + up);
-        }
-        // Rays follow the normal that points to the side from which corners are in clockwise order.
-        for (const auto& [a, b, c] : surface.triangles)
-            fmt::format_to(std::back_inserter(faces), "<{},{},{}>\n", a + vertices, c + vertices,
-                           b + vertices);
-        vertices += surface.positions.size();
-        triangles += surface.triangles.size();
+        const std::size_t first = camera.vertices();
+        for (std::size_t v = 0; v < surface.positions.size(); ++v)
+            camera.add_vertex(lattice.placed(s, lattice.frame(s).local_point(Vec3d(surface.positions[v]))),
+                              double(surface.uvs[v].x), double(surface.uvs[v].y));
+        for (const auto& [a, b, c] : surface.triangles) camera.add_triangle(first + a, first + b, first + c);
     }
-    return fmt::format(
-        "#declare HF_Texels=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
-        "camera{{mesh_camera{{1 3 mesh{{HF_Texels}}}}location<0,0,{5}>direction<0,0,-1>}}\n"
-        "background{{rgb<{6},{7},{8}>}}\n",
-        vertices, positions, uvs, triangles, faces, start, no_surface[0], no_surface[1], no_surface[2]);
+    return camera.text(start);
 }
 
 /// Measures colours and coverage of texels. A screen behind the surfaces is white in one picture and black in
@@ -265,17 +250,10 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
     }
     HF_TRY(SceneAnswer answer, queries.answer(query, progress));
     image.pixels = std::move(answer.pixels);
-    Rgb nothing;
-    for (int c = 0; c < 3; ++c)
-        nothing[c] = static_cast<float>(queries.gamma().light(double(no_surface[std::size_t(c)])));
+    const std::vector<std::uint8_t> on_surfaces = pixels_on_surfaces(queries.gamma(), image.pixels);
     for (std::size_t i = 0; i < has_colour.size(); ++i) {
-        float difference = 0;
-        for (int c = 0; c < 3; ++c) {
-            float& value = image.pixels[i][c];
-            difference = std::max(difference, std::abs(value - nothing[c]));
-            value = std::clamp(value, 0.0f, 1.0f);
-        }
-        if (difference < 1e-3f) has_colour[i] = 0;
+        has_colour[i] &= on_surfaces[i];
+        for (int c = 0; c < 3; ++c) image.pixels[i][c] = std::clamp(image.pixels[i][c], 0.0f, 1.0f);
     }
     for (const ChartRectangle& rectangle : charts.rectangles) {
         const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];

@@ -88,7 +88,11 @@ class Search {
 public:
     Search(const PointShading& shading, const ErrorTarget& target, BakeErrorMeter& meter,
            const BakeErrorMeter::Shading& measured)
-        : shading_(shading), target_(target), meter_(meter), measured_(measured) {}
+        : shading_(shading),
+          target_(target),
+          meter_(meter),
+          measured_(measured),
+          shading_error_(root(measured.all.square)) {}
 
     Result<Done> operator()(std::vector<RadiantMesh> start, VertexMask visible, TargetBake& bake,
                             const Progress& progress) {
@@ -100,10 +104,10 @@ public:
         for (int reports = 1;; ++reports) {
             HF_TRY_DONE(refine(refiner, progress));
             HF_TRY(between, meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
-            references_ = between.strata;
-            if (is_exhausted_ || reports == most_reports || is_enough(refiner, between.square, 1)) break;
+            shading_error_ = meter_.error(shown(refiner), {{}, {}, 0, between.strata, {}}, measured_).total;
+            if (is_exhausted_ || reports == most_reports || is_enough(between.square, 1)) break;
             refiner.add_known(between.largest);
-            set_growth(refiner, between.square);
+            set_growth(between.square);
         }
         bake.error = meter_.error(shown(refiner), between, measured_);
         bake.fitted = fitted_.has_value();
@@ -178,12 +182,12 @@ private:
             else
                 fitted_.reset();
         }
-        if (root(error.square) <= largest_cut_error * target_.error && !is_enough(refiner, error, 1) &&
+        if (root(error.square) <= largest_cut_error * target_.error && !is_enough(error, 1) &&
             (is_exhausted_ || refiner.vertices() >= next_cut_))
             HF_TRY_DONE(try_cut(refiner, error, progress));
         if (root(error.square) > 3 * target_.error) return false;
-        set_growth(refiner, error);
-        if (!is_enough(refiner, error, 1)) return false;
+        set_growth(error);
+        if (!is_enough(error, 1)) return false;
         // Other points than the steering ones decide. A close decision takes more of them, which cost less
         // than the vertices that a wide interval would demand.
         ++seed_;
@@ -191,9 +195,9 @@ private:
             HF_TRY(const BakeErrorMeter::Interpolation between,
                    meter_.interpolation_error(shown(refiner), seed_, points, progress, target_.error));
             refiner.add_known(between.largest);
-            set_growth(refiner, between.square);
-            if (is_enough(refiner, interval_end(between.square, 19), margin)) return true;
-            if (!is_enough(refiner, interval_end(between.square, 1), 1)) return false;
+            set_growth(between.square);
+            if (is_enough(interval_end(between.square, 19), margin)) return true;
+            if (!is_enough(interval_end(between.square, 1), 1)) return false;
         }
         return false;
     }
@@ -231,10 +235,9 @@ private:
 
     /// Limits the next step. Errors of interpolation are about inversely proportional to the number of
     /// vertices.
-    void set_growth(const MeshRefiner& refiner, const SquareEstimate& between) {
-        const double shading = shading_error(refiner),
-                     allowed = std::max(root(target_.error * target_.error - shading * shading),
-                                        least_share * std::max(target_.error, shading));
+    void set_growth(const SquareEstimate& between) {
+        const double allowed = std::max(root(target_.error * target_.error - shading_error_ * shading_error_),
+                                        least_share * std::max(target_.error, shading_error_));
         growth_ = std::clamp(root(between.square) / allowed, least_growth, largest_growth);
     }
 
@@ -242,15 +245,10 @@ private:
     /// it and interpolation adds little.
     ///
     /// share  of the target.
-    bool is_enough(const MeshRefiner& refiner, const SquareEstimate& between, double share) const {
-        const double shading = shading_error(refiner), total = std::hypot(shading, root(between.square));
-        return total <= share * target_.error ||
-               (shading > share * target_.error && root(between.square) <= least_share * shading);
-    }
-
-    /// Returns the error of the shading itself.
-    double shading_error(const MeshRefiner& refiner) const {
-        return meter_.error(shown(refiner), {{}, {}, 0, references_, {}}, measured_).total;
+    bool is_enough(const SquareEstimate& between, double share) const {
+        const double interpolation = root(between.square), wanted = share * target_.error;
+        return std::hypot(shading_error_, interpolation) <= wanted ||
+               (shading_error_ > wanted && interpolation <= least_share * shading_error_);
     }
 
     SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
@@ -268,7 +266,7 @@ private:
     BakeErrorMeter& meter_;
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
-    std::vector<BakeErrorMeter::Stratum> references_;  ///< Of the last report; none: those of measured_.
+    double shading_error_;  ///< Of the shading itself: at the points of the last report, or of measured_.
     double tolerated_ = tolerated_share;  ///< The share of the target below which edges are not split.
     std::size_t next_measured_ = 0;       ///< Vertices at which errors are measured again.
     double growth_ = largest_growth;      ///< Largest factor by which the next step multiplies the vertices.

@@ -196,7 +196,7 @@ class DamagedModels : public Subject {
 public:
     DamagedModels() : models_(whole_models()) {}
     std::string file_name() const override { return "model"; }
-    unsigned seconds() const override { return 60; }  // A bake to 1 % takes up to 25 s.
+    unsigned seconds() const override { return 30; }
     std::string input(FuzzRandom& random) override {
         Model model = models_[random_index(random, models_.size())];
         if (random_index(random, 8) == 0) refer_elsewhere(model, random);
