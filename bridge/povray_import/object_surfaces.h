@@ -73,8 +73,9 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridRequest> requests,
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});
 
-/// Tests whether the pigment of a surface varies between its vertices. Gives single vertices with another
-/// colour than their neighbours the usual colour: their rays missed the surface beside a sharp edge.
+/// Tests whether the pigment of a surface varies between its vertices. If few vertices have another
+/// colour, those that do not share it with most of their neighbours are given the usual one: their rays missed
+/// the surface beside a sharp edge.
 bool find_pattern(ObjectSurface& surface);
 
 /// Measures the pigments of surfaces at the texels of one image. Vertices at the borders of charts are

@@ -178,7 +178,6 @@ void fill(const ChartRectangle& chart, const Rgb& otherwise, const std::vector<s
 bool find_pattern(ObjectSurface& surface) {
     constexpr float visible = 0.01f;
     constexpr std::size_t per_stray = 500;  // Vertices for each one whose ray may have missed the surface.
-    constexpr double least_similar = 0.4;   // Of the neighbours of a vertex with a colour of its own.
     if (surface.colours.empty()) return false;
     Rgb usual;
     for (int c = 0; c < 3; ++c) {
@@ -206,7 +205,7 @@ bool find_pattern(ObjectSurface& surface) {
                     ++at->second.all;
                 }
     std::erase_if(different, [&](const auto& vertex) {
-        if (vertex.second.similar >= least_similar * vertex.second.all) return false;
+        if (2 * vertex.second.similar > vertex.second.all) return false;
         surface.colours[vertex.first] = usual;
         return true;
     });
