@@ -74,8 +74,8 @@ Result<Done> add_pigments(const SceneQueries& queries, std::span<const GridReque
                           std::vector<ObjectSurface>& surfaces, const Progress& progress = {});
 
 /// Tests whether the pigment of a surface varies between its vertices. If few vertices have another
-/// colour, those that do not share it with most of their neighbours are given the usual one: their rays missed
-/// the surface beside a sharp edge.
+/// colour, those that do not share it with most of their neighbours are given the usual one: their
+/// rays missed the surface beside a sharp edge.
 bool find_pattern(ObjectSurface& surface);
 
 /// Measures the pigments of surfaces at the texels of one image. Vertices at the borders of charts are
