@@ -62,7 +62,7 @@ FieldExtent search_fields(const Scene& scene, Occlusion occlusion) {
 }
 
 std::size_t search_budget(const Scene& scene, const SceneEntities& entities) {
-    return std::max(usual_vertex_budget(entities), wanted_vertices(scene));
+    return std::max({search_vertices, usual_vertex_budget(entities), wanted_vertices(scene)});
 }
 
 std::vector<DisplayedPoint> displayed_points(const SceneEntities& entities, const ShadedScene& shaded,

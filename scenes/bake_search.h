@@ -18,8 +18,11 @@ Scene search_start(const Scene& scene);
 /// fields that are stored.
 FieldExtent search_fields(const Scene& scene, Occlusion occlusion);
 
-/// Returns the default vertex budget of a search: the number of vertices that the scene asks for with
-/// Entity::fine_vertices over all instances, or usual_vertex_budget if it is larger.
+/// The smallest default vertex budget of a search. Few scenes need as many vertices for 1 %.
+inline constexpr std::size_t search_vertices = 200000;
+
+/// Returns the default vertex budget of a search: the largest of search_vertices, usual_vertex_budget, and
+/// the number of vertices that the scene asks for with Entity::fine_vertices over all instances.
 std::size_t search_budget(const Scene& scene, const SceneEntities& entities);
 
 /// Returns the displayed points of a picture, with the colours of images.

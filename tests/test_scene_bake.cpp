@@ -1,5 +1,6 @@
 #include "scenes/scene_bake.h"
 
+#include "scenes/bake_search.h"
 #include "tests/fixtures/example_meshes.h"
 
 #include <gtest/gtest.h>
@@ -21,6 +22,16 @@ TEST(SceneBake, ARefinementMayHaveOneAndAHalfTimesTheVerticesOfTheModels) {
     const std::size_t own = 3 * visible_surface(fine.entities[0]->mesh).positions.size();
     ASSERT_GT(own, 40000u);
     EXPECT_EQ(usual_vertex_budget(fine), own + own / 2);
+}
+
+TEST(SceneBake, ASearchMayHaveTheVerticesThatTheSceneAsksForButAtLeast200000) {
+    Scene scene;
+    scene.entities.resize(1);
+    scene.instances.resize(2);
+    scene.entities[0].fine_vertices = 1000;
+    EXPECT_EQ(search_budget(scene, spheres(8, 2)), 200000u);
+    scene.entities[0].fine_vertices = 150000;
+    EXPECT_EQ(search_budget(scene, spheres(8, 2)), 300000u);
 }
 
 }  // namespace

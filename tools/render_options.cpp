@@ -176,8 +176,8 @@ std::vector<RenderOption> table() {
         {1e-4, 1}, [](auto& c) -> auto& { return c.bake.refine; }));
     add(number(
         {"vertex-budget", Set::bake, accuracy_group, "N", "The largest number of vertices",
-         "The default is 60000, or 1.5 times the number of vertices of the models, whichever is more; with "
-         "--error also the number of vertices that the scene asks for. Needs --error or --refine."},
+         "The default is 200000 with --error and 60000 with --refine, or 1.5 times the number of vertices of "
+         "the models if that is more; with --error at least what the scene asks for."},
         {1, 50e6}, [](auto& c) -> auto& { return c.bake.vertex_budget; }));
     add(choice(
         {"occlusion", Set::occlusion, accuracy_group, "", "Occlusion by other objects",
