@@ -10,6 +10,7 @@
 namespace haarfield {
 
 inline constexpr Range albedos{0, 1};         ///< Of a surface.
+inline constexpr Range pigments{0, 100};      ///< POV-Ray's; times `diffuse`, an albedo.
 inline constexpr Range emissions{0, 65000};   ///< Up to the largest half float. [W/(m^2 sr)]
 inline constexpr Range shininesses{1, 1000};  ///< Exponents of Phong's lobe.
 

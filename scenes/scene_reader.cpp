@@ -144,14 +144,14 @@ void take_finish(TomlTable finish, SceneMaterial& material) {
 void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMaterial& material) {
     const toml::node* pigment = table.table().get("pigment");
     if (pigment == nullptr || !pigment->is_table()) {
-        table.take("pigment", material.pigment, albedos);
+        table.take("pigment", material.pigment, pigments);
         return;
     }
     TomlTable parts(*table.take_table("pigment"), table.name() + ".pigment", table.file());
     parts.take("vertex_colours", material.vertex_colours);
     if (!material.vertex_colours) parts.require("image");
     parts.take("image", material.image, folder);
-    parts.take("colour", material.pigment, albedos);
+    parts.take("colour", material.pigment, pigments);
     parts.finish();
 }
 
@@ -192,6 +192,17 @@ SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& fold
         const toml::table plain;
         const toml::table* const finish = table.take_table("finish");
         take_finish(TomlTable(finish ? *finish : plain, table.name() + ".finish", table.file()), material);
+        const auto most = [](const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}); };
+        constexpr float rounding = 1e-5f;
+        if (most(material.diffuse) > 1 + rounding)
+            table.refuse("pigment",
+                         fmt::format("{}: pigment times finish.diffuse is {:.4g}; expected at most 1",
+                                     table.name(), most(material.diffuse)));
+        for (int c = 0; c < 3; ++c) material.diffuse[c] = std::min(material.diffuse[c], 1.0f);
+        if (material.metallic > 0 && most(material.pigment) > 1)
+            table.refuse("pigment", fmt::format("{}: the pigment of a metallic finish is {:.4g}; expected at "
+                                                "most 1",
+                                                table.name(), most(material.pigment)));
         table.finish();
         return material;
     }

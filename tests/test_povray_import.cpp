@@ -463,6 +463,95 @@ TEST(PovrayImport, ThinPartsOfUnionsAreWhole) {
         EXPECT_EQ(warning.find("narrower"), std::string::npos) << warning;
 }
 
+/// Returns the share of a mesh's area where the interpolated normal is off by more than 10 degrees.
+///
+/// normal  the exact one near a point.
+template <class Normal>
+double wrong_share(const Mesh& mesh, const Normal& normal) {
+    double wrong = 0, all = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3f centre = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3.0f;
+        const double area = double(
+            (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).length());
+        const Vec3f shown = mesh.normals[a] + mesh.normals[b] + mesh.normals[c];
+        all += area;
+        if (Vec3d(shown).normalized().dot(normal(Vec3d(centre))) < std::cos(10 * pi / 180)) wrong += area;
+    }
+    return wrong / all;
+}
+
+TEST(PovrayImport, EdgesThatAreRoundedWithinACellAreRound) {
+    const auto imported =
+        imported_text("povray_rounded",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,0,-4> look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\nsuperellipsoid{<.1,.1> pigment{rgb .5}}\n"
+                      "box{-1,1 rotate <20,30,0> translate 3*x pigment{rgb .5}}\n",
+                      16);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.entities.size(), 2u);
+    const Result<ImportedMesh> rounded = read_mesh(imported->scene.entities[0].mesh);
+    ASSERT_TRUE(rounded) << rounded.error().message();
+    EXPECT_LT(wrong_share(rounded->mesh,
+                          [](const Vec3d& p) {
+                              // The gradient of |x|^20 + |y|^20 + |z|^20.
+                              const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+                              Vec3d gradient;
+                              for (int c = 0; c < 3; ++c) gradient[c] = std::pow(p[c] / largest, 19);
+                              return gradient.normalized();
+                          }),
+              0.01);
+    // Sharp edges stay sharp.
+    const Result<ImportedMesh> box = read_mesh(imported->scene.entities[1].mesh);
+    ASSERT_TRUE(box) << box.error().message();
+    for (const auto& [a, b, c] : box->mesh.triangles)
+        EXPECT_GT(std::min(box->mesh.normals[a].dot(box->mesh.normals[b]),
+                           box->mesh.normals[a].dot(box->mesh.normals[c])),
+                  0.99f);
+}
+
+TEST(PovrayImport, PigmentsMayBeBrighterThanOne) {
+    const auto imported =
+        imported_text("povray_bright",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,1,-6> look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\n#default{finish{ambient 0 diffuse .6}}\n"
+                      "sphere{-2*x,1 pigment{rgb <1.5,.5,.2>}}\n"
+                      "box{-1,1 translate 2*x pigment{checker rgb 1.2 rgb .9 scale 4 translate 2*y}}\n"
+                      "sphere{3*y,1 pigment{rgb 2}}\n",
+                      16);
+    ASSERT_TRUE(imported) << imported.error().message();
+    const auto material_of = [&](std::size_t entity) {
+        return imported->scene.materials.at(imported->scene.entities[entity].material);
+    };
+    MeshReaderOptions options;
+    options.appearance = true;
+    const auto colour_of = [&](std::size_t entity) {
+        return read_mesh(imported->scene.entities[entity].mesh, options)->mesh.colours.front();
+    };
+    EXPECT_EQ(imported->scene.entities[0].name, "sphere");
+    const Rgb red = material_of(0).pigment * colour_of(0);
+    EXPECT_NEAR(red.x, 1.5f, 0.02f);
+    EXPECT_NEAR(red.y, 0.5f, 0.02f);
+    EXPECT_NEAR(red.z, 0.2f, 0.02f);
+    EXPECT_NEAR(material_of(0).diffuse.x / material_of(0).pigment.x, 0.6f, 0.01f);
+    // The image has the colours of the checker.
+    const SceneMaterial checked = material_of(1);
+    EXPECT_NEAR(checked.pigment.x, 1.2f, 0.02f);
+    const Result<Image> image = read_image(checked.image);
+    ASSERT_TRUE(image) << image.error().message();
+    const auto shows = [&](float number) {
+        return std::ranges::any_of(image->pixels, [&](const Rgb& pixel) {
+            return std::abs(pixel.x * checked.pigment.x - number) < 0.01f;
+        });
+    };
+    EXPECT_TRUE(shows(1.2f));
+    EXPECT_TRUE(shows(0.9f));
+    // Twice the pigment would reflect 1.2 of the light.
+    EXPECT_NEAR(material_of(2).diffuse.x, 1, 0.01f);
+    EXPECT_TRUE(std::ranges::any_of(imported->warnings, [](const std::string& warning) {
+        return warning.find(":8: sphere has pigments up to 2") != std::string::npos;
+    }));
+}
+
 TEST(PovrayImport, ACameraInsideAnObjectSeesItsWalls) {
     const auto imported =
         imported_text("povray_room",

@@ -107,7 +107,7 @@ TEST(WrappedScene, TopLevelObjectsBecomeElementsOfAnArray) {
     EXPECT_TRUE(text.starts_with("#version 3.7;"));
     EXPECT_EQ(count(text, "phong"), 1u);
     EXPECT_EQ(count(scene.files[0].emissive_text, "phong"), 0u);
-    EXPECT_EQ(count(scene.files[0].emissive_text, "emission 1"), 1u);
+    EXPECT_EQ(count(scene.files[0].emissive_text, "emission HF_E"), 1u);
     EXPECT_TRUE(scene.declared.contains("S"));
 }
 

@@ -354,6 +354,7 @@ TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     EXPECT_EQ(full.blinn, 0.2f);
     EXPECT_EQ(full.roughness, 0.01f);
     EXPECT_EQ(full.metallic, 0.7f);
+    EXPECT_NEAR(lacquer("pigment = [1.5, 1, 1]\nfinish = {}").diffuse.x, 0.9f, 1e-6f);
     const Material plain = lacquer("pigment = [1, 1, 1]\nfinish = {}");
     const Material without = lacquer("pigment = [1, 1, 1]");
     EXPECT_EQ(without.diffuse, plain.diffuse);
@@ -484,8 +485,12 @@ TEST_F(SceneReader, RefusesInvalidScenes) {
                   "19:24: materials.cloth.finish.roughness is 0.0001; expected [0.0005, 1]"},
              Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { metallic = 1.5 }",
                   "19:23: materials.cloth.finish.metallic is 1.5; expected [0, 1]"},
+             Case{cloth, "pigment = [1, 0, 200]\nfinish = {}",
+                  "18:18: materials.cloth.pigment[2] is 200; expected [0, 100]"},
              Case{cloth, "pigment = [1, 0, 2]\nfinish = {}",
-                  "18:18: materials.cloth.pigment[2] is 2; expected [0, 1]"},
+                  "18:11: materials.cloth: pigment times finish.diffuse is 1.2; expected at most 1"},
+             Case{cloth, "pigment = [1, 0, 1.5]\nfinish = { metallic = 1 }",
+                  "18:11: materials.cloth: the pigment of a metallic finish is 1.5; expected at most 1"},
              Case{"25000", "0", "24:17: entities.table.fine_vertices is 0; expected [1, 20000000]"},
              Case{"25000", "20000001", "24:17: entities.table.fine_vertices is 20000001"},
              Case{"= 200", "= 0", "26:18: entities.table.planar_samples is 0; expected [1, 10000000]"},

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <tuple>
 
+#include "bridge/povray_import/bend_refinement.h"
 #include "bridge/povray_import/light_probe.h"
 #include "bridge/povray_import/object_filters.h"
 #include "bridge/povray_import/object_silhouettes.h"
@@ -136,10 +138,13 @@ public:
                 result_.distant_objects.push_back(request.object);
                 ++result_.distant;
             }
+        // Surfaces remain as they are if POV-Ray takes too long.
+        (void)refine_bends(queries_, requests_, surfaces, options_.object_seconds, progress_);
+        if (progress_.stop.stop_requested()) return interruption();
         HF_TRY_DONE(add_pigments(queries_, requests_, surfaces, progress_));
         HF_TRY(std::vector<MeasuredFinish> finishes,
                measured_finishes(queries_, requests_, surfaces, is_lit_by_lights(), progress_));
-        HF_TRY_DONE(add_pigment_images(surfaces));
+        HF_TRY_DONE(add_pigment_images(surfaces, finishes));
         set_frame(surfaces);
         HF_TRY_DONE(add_entities(surfaces, finishes));
         if (result_.scene.entities.empty())
@@ -377,7 +382,8 @@ private:
 
     /// Measures the pigments of patterned surfaces in an image, and those of partly transparent ones in
     /// another image with alpha. The surfaces of one statement become one entity, and have the same image.
-    Result<Done> add_pigment_images(std::vector<ObjectSurface>& surfaces) {
+    Result<Done> add_pigment_images(std::vector<ObjectSurface>& surfaces,
+                                    const std::vector<MeasuredFinish>& finishes) {
         std::set<std::size_t> patterned, translucent;
         const auto statement_of = [&](const ObjectSurface& surface) {
             return survey_.objects[surface.object].statement;
@@ -396,20 +402,47 @@ private:
         std::optional<SurveyedCamera> camera = survey_.camera;
         if (camera && !camera->is_perspective) camera.reset();
         if (!opaque.empty()) {
-            HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, opaque, camera,
-                                                    /*opacity=*/false, progress_));
+            HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, opaque, camera,
+                                              /*opacity=*/false, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_pigments.png");
+            float limit = INFINITY;
+            for (const std::size_t s : opaque) limit = std::min(limit, brightest_pigment(finishes[s]));
+            const float scale = dimmed(image.pixels, limit, statement_of(surfaces[opaque.front()]));
             HF_TRY_DONE(write_image(image, file));
-            for (const std::size_t s : opaque) image_of_[surfaces[s].object] = file;
+            for (const std::size_t s : opaque) image_of_[surfaces[s].object] = {file, scale};
         }
         if (!cut_out.empty()) {
-            HF_TRY(const Image image, pigment_image(queries_, requests_, surfaces, cut_out, camera,
-                                                    /*opacity=*/true, progress_));
+            HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, cut_out, camera,
+                                              /*opacity=*/true, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_cutouts.png");
+            float limit = INFINITY;
+            for (const std::size_t s : cut_out) limit = std::min(limit, brightest_pigment(finishes[s]));
+            const float scale = dimmed(image.pixels, limit, statement_of(surfaces[cut_out.front()]));
             HF_TRY_DONE(write_cut_outs(image, file));
-            for (const std::size_t s : cut_out) image_of_[surfaces[s].object] = file;
+            for (const std::size_t s : cut_out) image_of_[surfaces[s].object] = {file, scale};
         }
         return Done{};
+    }
+
+    /// The brightest pigment whose diffuse reflection does not exceed the light.
+    static float brightest_pigment(const MeasuredFinish& finish) {
+        return 1 / std::max(finish.diffuse, 0.25f);
+    }
+
+    /// Divides colours that exceed 1 by the brightest, and clips those above the limit. Returns the divisor.
+    float dimmed(std::vector<Rgb>& colours, float limit, std::size_t statement) {
+        float brightest = 1;
+        for (const Rgb& colour : colours) brightest = std::max({brightest, colour.x, colour.y, colour.z});
+        constexpr float visible = 1.01f;
+        if (brightest > visible * limit)
+            warn(statement,
+                 fmt::format("has pigments up to {:.3g}; with its finish, those above {:.3g} would "
+                             "reflect more light than arrives, and are darker",
+                             brightest, limit));
+        const float scale = std::min(brightest, limit);
+        for (Rgb& colour : colours)
+            for (int c = 0; c < 3; ++c) colour[c] = std::clamp(colour[c] / scale, 0.0f, 1.0f);
+        return scale;
     }
 
     static bool is_transparent(const ObjectSurface& surface) {
@@ -539,19 +572,22 @@ private:
     Result<Done> add_entity(std::size_t at, ObjectSurface surface, const MeasuredFinish& finish) {
         const std::string name = entity_name(at);
         move_to_world(surface);
-        for (Rgb& colour : surface.colours)
-            for (int c = 0; c < 3; ++c) colour[c] = std::clamp(colour[c], 0.0f, 1.0f);
         SceneMaterial material;
         material.convention = LobeConvention::povray;
         material.vertex_colours = surface.uvs.empty();
-        if (!surface.uvs.empty()) material.image = image_of_.at(surface.object);
-        material.diffuse = Rgb(finish.diffuse);
+        float brightest = 1;
+        if (surface.uvs.empty())
+            brightest = dimmed(surface.colours, brightest_pigment(finish), at);
+        else
+            std::tie(material.image, brightest) = image_of_.at(surface.object);
+        material.pigment = Rgb(brightest);
+        material.diffuse = material.pigment * finish.diffuse;
         material.phong = finish.phong;
         material.shininess = finish.phong_size;
         material.blinn = finish.specular;
         material.roughness = finish.roughness;
         material.specular = Rgb(finish.phong > 0 || finish.specular > 0 ? 1.0f : 0.0f);
-        (is_lit_by_lights() ? material.ambient : material.emission) = Rgb(finish.emission);
+        (is_lit_by_lights() ? material.ambient : material.emission) = material.pigment * finish.emission;
         constexpr float least_reflection = 0.02f;
         if (finish.reflection > least_reflection)
             material.reflection.at_normal = material.reflection.at_grazing =
@@ -717,7 +753,8 @@ private:
     double reach_ = 1;                   ///< Distance from the eye to the farthest near object.
     double scale_ = 1;                   ///< From the file's unit to metres.
     AffineMap world_;
-    std::map<std::size_t, std::filesystem::path> image_of_;  ///< Of the pigments, by object.
+    /// Of the pigments, with the colour that multiplies them, by object.
+    std::map<std::size_t, std::pair<std::filesystem::path, float>> image_of_;
     std::set<std::string> names_;
     std::vector<std::size_t> vertex_counts_;  ///< By entity.
     Bounds bounds_, cut_bounds_;  ///< In the scene: of the finite objects, and of those that are cut.

@@ -181,7 +181,7 @@ Result<std::vector<Rgb>> before_white(const SceneQueries& queries, const ObjectL
     SceneQuery query = lattice.query(rays);
     query.pigments = true;
     query.extras = extras;
-    query.suffix += "background{rgb 1}\n";
+    query.suffix += "background{rgb HF_E}\n";
     HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
     return ObjectLattice::colours(answer, rays.size());
 }
@@ -300,7 +300,7 @@ Result<std::vector<ProbedPlace>> lit_places(const SceneQueries& queries, const O
             }
         }
     }
-    HF_TRY(const std::vector<TracedPoint> traced, lattice.traced(queries, rays, progress));
+    HF_TRY(const std::vector<TracedPoint> traced, lattice.traced(queries, rays, 0, progress));
     constexpr double most_differing = 0.94;  // Cosine; other normals are those of other faces.
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (!(traced[i].normal.length() > 0.5)) continue;

@@ -56,7 +56,7 @@ Result<std::vector<Rgb>> measured_filters(const SceneQueries& queries, const Obj
         for (const int white : {0, 1}) {
             SceneQuery query = without_screens;
             query.suffix += fmt::format(
-                "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n", mesh, white);
+                "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission HF_E}} no_shadow}}\n", mesh, white);
             HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
             colours[std::size_t(white)] = ObjectLattice::colours(answer, rays.size());
         }
@@ -233,7 +233,7 @@ Result<Done> measure_absorption(const SceneQueries& queries, const GridRequest& 
         SceneQuery query = lattice.query(rays);
         query.pigments = true;
         query.extras = k >= 2;
-        if (k % 2 == 1) query.suffix += "background{rgb 1}\n";
+        if (k % 2 == 1) query.suffix += "background{rgb HF_E}\n";
         HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
         pictures[k] = ObjectLattice::colours(answer, rays.size());
     }

@@ -109,7 +109,7 @@ SceneQuery ObjectLattice::query(std::span<const ProbeRay> rays, bool ambient) co
 }
 
 Result<std::vector<TracedPoint>> ObjectLattice::traced(const SceneQueries& queries,
-                                                       std::span<const ProbeRay> rays,
+                                                       std::span<const ProbeRay> rays, double seconds,
                                                        const Progress& progress) const {
     std::vector<TracedPoint> points(rays.size());
     if (rays.empty()) return points;
@@ -139,6 +139,7 @@ Result<std::vector<TracedPoint>> ObjectLattice::traced(const SceneQueries& queri
         rows.size(), rows.size(), fmt::join(rows, ","), text, choice);
     query.put = "#if(HF_N<HF_RN) #if(HF_RA[HF_N]>0) HF_Traced(HF_RA[HF_N]) #end #end";
     query.suffix = "\n#fclose HF_H\n";
+    query.seconds = seconds;
     HF_TRY_DONE(queries.answer(query, progress));
     HF_TRY(const std::string lines, queries.written("hf_points.txt"));
     const char* at = lines.data();

@@ -43,9 +43,10 @@ public:
     SceneQuery query(std::span<const ProbeRay> rays, bool ambient = false) const;
     /// Returns where rays first meet their objects, with the normals there. A normal of length 0: nowhere.
     ///
-    /// errors  those of SceneQueries::answer.
+    /// seconds  as SceneQuery::seconds.
+    /// errors   those of SceneQueries::answer.
     Result<std::vector<TracedPoint>> traced(const SceneQueries& queries, std::span<const ProbeRay> rays,
-                                            const Progress& progress) const;
+                                            double seconds, const Progress& progress) const;
     /// Returns the colours of the rays. POV-Ray's first row repeats the second.
     static std::vector<Rgb> colours(const SceneAnswer& answer, std::size_t count);
 

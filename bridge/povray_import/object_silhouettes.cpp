@@ -188,11 +188,11 @@ Result<ObjectSilhouettes> ObjectSilhouettes::create(const SceneQueries& queries,
         screens.add({screen[0], screen[2], screen[3]});
     }
     // Transparent parts are black, since their rays end.
-    SceneQuery query =
-        lattice.query(width, height,
-                      fmt::format("{}global_settings{{max_trace_level 1}}\n"
-                                  "{} pigment{{{}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n",
-                                  camera.text(0), screens.mesh2(), no_surface_colour()));
+    SceneQuery query = lattice.query(
+        width, height,
+        fmt::format("{}global_settings{{max_trace_level 1}}\n"
+                    "{} pigment{{{}}} finish{{ambient 0 diffuse 0 emission HF_E}} no_shadow}}\n",
+                    camera.text(0), screens.mesh2(), no_surface_colour()));
     query.pigments = true;
     query.in_numbers = false;
     query.seconds = seconds;

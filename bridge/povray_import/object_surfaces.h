@@ -65,8 +65,8 @@ Result<ObjectSurfaces> object_surfaces(const SceneQueries& queries, std::span<co
 
 /// Measures the pigments at the vertices, as POV-Ray shows them without lights, and the transmittance.
 ///
-/// accuracy  8e-6 for the pigment at a point; a point within 0.1 cells of another surface of its object may
-///           get that surface's pigment.
+/// accuracy  3e-5 for the pigment at a point, up to 4; a point within 0.1 cells of another surface of its
+///           object may get that surface's pigment.
 /// errors    those of SceneQueries::answer.
 /// cost      two runs of POV-Ray, three if a surface is transparent, and 2 us per vertex.
 /// source    a mesh_camera with one triangle for each ray.
@@ -88,11 +88,12 @@ bool find_pattern(ObjectSurface& surface);
 /// chosen    indices of surfaces with colours; at least one.
 /// opacity   measure coverage, too: the fraction of light that does not pass the surface. Otherwise the
 ///           surfaces must be opaque.
-/// returns   linear colours in [0, 1], not multiplied by coverage; texels beside the surfaces repeat those at
+/// returns   linear colours >= 0, not multiplied by coverage; texels beside the surfaces repeat those at
 ///           their borders.
 /// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
-/// cost      one run of POV-Ray, two with opacity, and 3 us of processor time per texel and run.
+/// cost      processor time: 3 us per texel, twice that with opacity; 30 ps for each texel and each
+///           triangle, divided by the number of runs of POV-Ray, up to 32.
 /// source    a mesh_camera with distribution 3, which renders image coordinates.
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,

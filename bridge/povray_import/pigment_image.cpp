@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <optional>
 
 #include "bridge/povray_import/object_lattice.h"
 #include "bridge/povray_import/surface_charts.h"
@@ -79,32 +80,93 @@ void chart(const ChartedSurface& charted, ObjectSurface& surface) {
     }
 }
 
-/// Returns POV-Ray's camera that renders each texel from above its surface.
+/// Rows of an image.
+struct RowRange {
+    int first = 0, end = 0;
+};
+
+/// Returns POV-Ray's camera that renders each texel of some rows from above its surface.
 ///
 /// chosen  indices of the charted surfaces.
 /// start   distance of the rays' starts from the surface. [cells]
 std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
-                         const std::vector<std::size_t>& chosen, const SurfaceCharts& charts, double start) {
+                         const std::vector<std::size_t>& chosen, const SurfaceCharts& charts, double start,
+                         const RowRange& rows) {
     TexelCamera camera(charts.width, charts.height);
     for (const std::size_t s : chosen) {
         const ObjectSurface& surface = surfaces[s];
-        const std::size_t first = camera.vertices();
-        for (std::size_t v = 0; v < surface.positions.size(); ++v)
-            camera.add_vertex(lattice.placed(s, lattice.frame(s).local_point(Vec3d(surface.positions[v]))),
-                              double(surface.uvs[v].x), double(surface.uvs[v].y));
-        for (const auto& [a, b, c] : surface.triangles) camera.add_triangle(first + a, first + b, first + c);
+        const auto row_of = [&](std::uint32_t v) { return (1 - double(surface.uvs[v].y)) * charts.height; };
+        std::vector<std::optional<std::size_t>> added(surface.positions.size());
+        const auto vertex = [&](std::uint32_t v) {
+            if (!added[v]) {
+                added[v] = camera.vertices();
+                camera.add_vertex(
+                    lattice.placed(s, lattice.frame(s).local_point(Vec3d(surface.positions[v]))),
+                    double(surface.uvs[v].x), double(surface.uvs[v].y));
+            }
+            return *added[v];
+        };
+        for (const auto& [a, b, c] : surface.triangles) {
+            const auto [top, bottom] = std::minmax({row_of(a), row_of(b), row_of(c)});
+            if (bottom < rows.first - 1 || top > rows.end + 1) continue;
+            const std::size_t first = vertex(a), second = vertex(b);
+            camera.add_triangle(first, second, vertex(c));
+        }
     }
     return camera.text(start);
+}
+
+/// Returns the ranges of rows that POV-Ray should render one after another: it searches a tenth of the
+/// camera's triangles for each texel.
+std::vector<RowRange> strips(const SurfaceCharts& charts, std::size_t triangles) {
+    constexpr double search = 3e-10, start = 2;  // For a texel and a triangle; of POV-Ray. [s]
+    const double texels = double(charts.width) * charts.height;
+    const int count = std::clamp(int(std::lround(std::sqrt(search / start * texels * double(triangles)))), 1,
+                                 std::min(32, charts.height));
+    std::vector<RowRange> ranges;
+    for (int k = 0; k < count; ++k)
+        ranges.push_back({charts.height * k / count, charts.height * (k + 1) / count});
+    return ranges;
+}
+
+/// Renders the texels of charted surfaces.
+///
+/// chosen   indices of the surfaces.
+/// start    as in texel_camera.
+/// further  text behind the scene.
+Result<std::vector<Rgb>> texel_colours(const SceneQueries& queries, const ObjectLattice& lattice,
+                                       const std::vector<ObjectSurface>& surfaces,
+                                       const std::vector<std::size_t>& chosen, const SurfaceCharts& charts,
+                                       double start, const std::string& further, const Progress& progress) {
+    std::size_t triangles = 0;
+    for (const std::size_t s : chosen) triangles += surfaces[s].triangles.size();
+    const std::vector<RowRange> ranges = strips(charts, triangles);
+    std::vector<Rgb> pixels;
+    for (const RowRange& rows : ranges) {
+        if (progress.report) progress.report("pigments", std::size_t(rows.first), std::size_t(charts.height));
+        SceneQuery query =
+            lattice.query(charts.width, charts.height,
+                          texel_camera(lattice, surfaces, chosen, charts, start, rows) + further);
+        query.pigments = true;
+        query.in_numbers = false;
+        if (ranges.size() > 1)
+            query.arguments = {fmt::format("+SR{}", rows.first + 1), fmt::format("+ER{}", rows.end)};
+        HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
+        const auto begin = answer.pixels.begin();
+        pixels.insert(pixels.end(), begin + std::ptrdiff_t(rows.first) * charts.width,
+                      begin + std::ptrdiff_t(rows.end) * charts.width);
+    }
+    return pixels;
 }
 
 /// Measures colours and coverage of texels. A screen behind the surfaces is white in one picture and black in
 /// the other, so that light that passes does not meet another surface.
 ///
 /// has_colour  becomes 0 where a texel is almost transparent.
-Result<Done> measure_opacity(const SceneQueries& queries, const SceneQuery& query,
-                             const ObjectLattice& lattice, const std::vector<ObjectSurface>& surfaces,
-                             const std::vector<std::size_t>& chosen, Image& image,
-                             std::vector<std::uint8_t>& has_colour, const Progress& progress) {
+Result<Done> measure_opacity(const SceneQueries& queries, const ObjectLattice& lattice,
+                             const std::vector<ObjectSurface>& surfaces,
+                             const std::vector<std::size_t>& chosen, const SurfaceCharts& charts,
+                             Image& image, std::vector<std::uint8_t>& has_colour, const Progress& progress) {
     constexpr float least = 0.02f;  // Coverage of texels with a colour.
     TriangleText screen;
     for (const std::size_t s : chosen) {
@@ -119,11 +181,13 @@ Result<Done> measure_opacity(const SceneQueries& queries, const SceneQuery& quer
     const std::string mesh = screen.mesh2();
     std::array<std::vector<Rgb>, 2> pictures;
     for (const int white : {0, 1}) {
-        SceneQuery with_screen = query;
-        with_screen.suffix += fmt::format(
-            "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission 1}} no_shadow}}\n", mesh, white);
-        HF_TRY(SceneAnswer answer, queries.answer(with_screen, progress));
-        pictures[std::size_t(white)] = std::move(answer.pixels);
+        HF_TRY(
+            pictures[std::size_t(white)],
+            texel_colours(
+                queries, lattice, surfaces, chosen, charts, screen_distance,
+                fmt::format("{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission HF_E}} no_shadow}}\n",
+                            mesh, white),
+                progress));
     }
     image.pixels = std::move(pictures[0]);
     image.coverage.assign(image.pixels.size(), 1.0f);
@@ -134,7 +198,7 @@ Result<Done> measure_opacity(const SceneQueries& queries, const SceneQuery& quer
         image.coverage[i] = coverage;
         if (coverage < least) has_colour[i] = 0;
         for (int c = 0; c < 3; ++c)
-            image.pixels[i][c] = std::clamp(image.pixels[i][c] / std::max(coverage, least), 0.0f, 1.0f);
+            image.pixels[i][c] = std::max(0.0f, image.pixels[i][c] / std::max(coverage, least));
     }
     return Done{};
 }
@@ -223,11 +287,6 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
     const SurfaceCharts charts = surface_charts(uncharted, most_texels);
     for (std::size_t k = 0; k < chosen.size(); ++k) chart(charts.surfaces[k], surfaces[chosen[k]]);
     const ObjectLattice lattice(requests, surfaces);
-    SceneQuery query = lattice.query(charts.width, charts.height,
-                                     texel_camera(lattice, surfaces, chosen, charts,
-                                                  opacity ? screen_distance : ObjectLattice::start_distance));
-    query.pigments = true;
-    query.in_numbers = false;
     Image image;
     image.width = charts.width;
     image.height = charts.height;
@@ -239,7 +298,7 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
         return numbers;
     };
     if (opacity) {
-        HF_TRY_DONE(measure_opacity(queries, query, lattice, surfaces, chosen, image, has_colour, progress));
+        HF_TRY_DONE(measure_opacity(queries, lattice, surfaces, chosen, charts, image, has_colour, progress));
         for (const ChartRectangle& rectangle : charts.rectangles) {
             const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
             fill(rectangle, light_of(surface.colours[surface.triangles[rectangle.triangle][0]]),
@@ -247,12 +306,12 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
         }
         return image;
     }
-    HF_TRY(SceneAnswer answer, queries.answer(query, progress));
-    image.pixels = std::move(answer.pixels);
+    HF_TRY(image.pixels, texel_colours(queries, lattice, surfaces, chosen, charts,
+                                       ObjectLattice::start_distance, "", progress));
     const std::vector<std::uint8_t> on_surfaces = pixels_on_surfaces(queries.gamma(), image.pixels);
     for (std::size_t i = 0; i < has_colour.size(); ++i) {
         has_colour[i] &= on_surfaces[i];
-        for (int c = 0; c < 3; ++c) image.pixels[i][c] = std::clamp(image.pixels[i][c], 0.0f, 1.0f);
+        for (int c = 0; c < 3; ++c) image.pixels[i][c] = std::max(0.0f, image.pixels[i][c]);
     }
     for (const ChartRectangle& rectangle : charts.rectangles) {
         const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];

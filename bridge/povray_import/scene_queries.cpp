@@ -135,10 +135,11 @@ std::string prelude_text(const SceneQuery& query) {
                                       {"HF_Settings", query.settings},
                                       {"HF_Extras", query.extras}})
         prelude += fmt::format("#declare {}={};\n", name, is_on ? 1 : 0);
+    prelude += fmt::format("#declare HF_E={};\n", query.pigments ? pigment_emission : 1);
     prelude += common_prelude;
     if (query.survey) prelude += "#fopen HF_F \"hf_survey.txt\" write\n";
     prelude += fmt::format("#macro HF_Put(HF_I) {} #declare HF_N=HF_N+1; #end\n", query.put);
-    if (query.pigments) prelude += "#default{finish{ambient 0 diffuse 0 emission 1}}\n";
+    if (query.pigments) prelude += "#default{finish{ambient 0 diffuse 0 emission HF_E}}\n";
     prelude += query.prelude;
     return prelude;
 }
@@ -344,9 +345,15 @@ Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::st
     if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
     HF_TRY(const std::string bytes, written(uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm"));
     HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
-    if (query.in_numbers && gamma_.exponent != 1)
-        for (Rgb& pixel : answer.pixels)
-            for (int c = 0; c < 3; ++c) pixel[c] = static_cast<float>(gamma_.number(double(pixel[c])));
+    const bool has_gamma = gamma_.exponent != 1;
+    if (!query.pigments && !(query.in_numbers && has_gamma)) return answer;
+    const double brightness = query.pigments ? 1 / pigment_emission : 1;
+    for (Rgb& pixel : answer.pixels)
+        for (int c = 0; c < 3; ++c) {
+            const auto light = double(pixel[c]);
+            const double number = brightness * (has_gamma ? gamma_.number(light) : light);
+            pixel[c] = static_cast<float>(query.in_numbers || !has_gamma ? number : gamma_.light(number));
+        }
     return answer;
 }
 

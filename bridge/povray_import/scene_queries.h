@@ -29,13 +29,17 @@ struct SceneGamma {
     double number(double light) const;  ///< The inverse.
 };
 
+/// What surfaces emit in queries of pigments, as a share of their pigment: pigments can be brighter than the
+/// pictures. POV-Ray knows it as HF_E, which is 1 in other queries.
+inline constexpr double pigment_emission = 0.25;
+
 /// One question: what POV-Ray evaluates before, after and around the scene's text.
 struct SceneQuery {
     bool survey = false, lights = false, sky = false, camera = false, settings = true, extras = false,
-         pigments = false;      ///< The switches of WrappedScene.
-    std::string put;            ///< Body of HF_Put(HF_I), before it increases HF_N. May be empty.
-    std::string prelude;        ///< Further text before the scene.
-    std::string suffix;         ///< Text behind the scene.
+         pigments = false;  ///< The switches of WrappedScene. Pixels are pigments up to 1 / pigment_emission.
+    std::string put;        ///< Body of HF_Put(HF_I), before it increases HF_N. May be empty.
+    std::string prelude;    ///< Further text before the scene.
+    std::string suffix;     ///< Text behind the scene.
     int width = 1, height = 1;  ///< Of the picture. [pixels]
     bool in_numbers = false;    ///< The picture is in the numbers of the scene instead of linear light.
     bool is_linear = false;     ///< The picture is linear, else decoded from what POV-Ray displays.

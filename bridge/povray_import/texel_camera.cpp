@@ -48,7 +48,7 @@ std::string TexelCamera::text(double start) const {
     return fmt::format(
         "#declare HF_Texels=mesh2{{vertex_vectors{{{0},{1}}}uv_vectors{{{0},{2}}}face_indices{{{3},{4}}}}}\n"
         "camera{{mesh_camera{{1 3 mesh{{HF_Texels}}}}location<0,0,{5}>direction<0,0,-1>}}\n"
-        "background{{{6}}}\n",
+        "background{{{6}*HF_E}}\n",
         vertices_, positions_, uvs_, triangles_, faces_, start, no_surface_colour());
 }
 

@@ -141,7 +141,7 @@ private:
     static void set_variants(const std::string& marked, WrappedScene::File& file) {
         bool in_finish = false;
         for (const char c : marked) {
-            if (c == finish_begin) file.emissive_text += "finish{ambient 0 diffuse 0 emission 1}";
+            if (c == finish_begin) file.emissive_text += "finish{ambient 0 diffuse 0 emission HF_E}";
             if (c == finish_begin || c == finish_end) {
                 in_finish = c == finish_begin;
                 continue;

@@ -44,7 +44,7 @@ struct WrappedScene {
     /// A rewritten file.
     struct File {
         std::string name, text;
-        std::string emissive_text;  ///< With finishes that emit the pigment, and nothing else.
+        std::string emissive_text;  ///< With finishes that emit the pigment times HF_E, and nothing else.
     };
     std::vector<File> files;  ///< The main file first. Their names begin with `hf_`.
     std::vector<SceneStatement> statements;

@@ -79,8 +79,8 @@ Result<std::vector<Rgb>> unlit_picture(const SceneQueries& queries, const std::v
                                 is_hidden.size(), fmt::join(is_hidden, ","));
     query.put =
         "#local HF_H=0; #if(HF_N<HF_RN) #local HF_H=HF_RA[HF_N]; #end #if(HF_H=0) object{HF_A[HF_N]} #end";
-    query.suffix =
-        fmt::format("\n#version 3.7;\nglobal_settings{{adc_bailout 0}}\nbackground{{rgb {}}}\n", background);
+    query.suffix = fmt::format(
+        "\n#version 3.7;\nglobal_settings{{adc_bailout 0}}\nbackground{{rgb {}*HF_E}}\n", background);
     HF_TRY(SceneAnswer answer, queries.answer(query));
     return std::move(answer.pixels);
 }
@@ -142,9 +142,12 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
             HF_TRY(Texture texture, read_texture(source));
             imaged[0].texture = std::make_shared<const Texture>(std::move(texture));
         }
-    for (const ImportedMesh& mesh : meshes)
-        colours.push_back(mesh.mesh.uvs.empty() ? mesh.mesh.colours
-                                                : std::vector<Rgb>(mesh.mesh.positions.size(), Rgb(1.0f)));
+    for (std::size_t e = 0; e < meshes.size(); ++e) {
+        const Mesh& mesh = meshes[e].mesh;
+        colours.push_back(mesh.uvs.empty() ? mesh.colours
+                                           : std::vector<Rgb>(mesh.positions.size(), Rgb(1.0f)));
+        for (Rgb& colour : colours.back()) colour *= scene.materials.at(scene.entities[e].material).pigment;
+    }
     for (std::vector<Rgb>& each : colours)
         for (Rgb& colour : each)
             for (int c = 0; c < 3; ++c) colour[c] = std::pow(colour[c], scene.assumed_gamma);
