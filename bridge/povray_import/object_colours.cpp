@@ -351,31 +351,31 @@ Result<std::vector<MeasuredFinish>> measured_finishes(const SceneQueries& querie
         }
     }
     if (rays.empty()) return finishes;
-    // The pigments that these rays see: fine patterns differ between neighbouring points.
-    SceneQuery unlit = lattice.query(rays);
-    unlit.pigments = true;
-    HF_TRY(const SceneAnswer unlit_answer, queries.answer(unlit, progress));
-    const std::vector<Rgb> pigments = ObjectLattice::colours(unlit_answer, rays.size());
     // Two permutations of the colours of both lights and the sky, so that saturated pigments reflect one.
     constexpr std::array<std::array<int, 3>, 2> permutations{{{0, 1, 2}, {2, 0, 1}}};
     constexpr std::size_t dark = 2;  // Index of the colours without lights.
-    std::array<std::vector<Rgb>, 3> colours;
-    for (std::size_t k = 0; k < colours.size(); ++k) {
-        SceneQuery query = lattice.query(rays, ambient);
+    std::vector<SceneQuery> questions(3, lattice.query(rays, ambient));
+    for (std::size_t k = 0; k < dark; ++k) {
         const auto colour = [&](int channel, float value) {
             Rgb rgb(0.0f);
             rgb[channel] = value;
             return fmt::format("rgb<{},{},{}>", rgb.x, rgb.y, rgb.z);
         };
-        if (k != dark) query.suffix += fmt::format("background{{{}}}\n", colour(permutations[k][2], 1));
-        for (std::size_t light = 0; k != dark && light < 2; ++light) {
+        questions[k].suffix += fmt::format("background{{{}}}\n", colour(permutations[k][2], 1));
+        for (std::size_t light = 0; light < 2; ++light) {
             const Vec3d place = light_directions()[light] * 1e5;
-            query.suffix += fmt::format("light_source{{<{},{},{}> {} parallel point_at 0}}\n", place.x,
-                                        place.y, place.z, colour(permutations[k][light], brightness));
+            questions[k].suffix += fmt::format("light_source{{<{},{},{}> {} parallel point_at 0}}\n", place.x,
+                                               place.y, place.z, colour(permutations[k][light], brightness));
         }
-        HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-        colours[k] = ObjectLattice::colours(answer, rays.size());
     }
+    // The pigments that these rays see: fine patterns differ between neighbouring points.
+    questions.push_back(lattice.query(rays));
+    questions.back().pigments = true;
+    HF_TRY(const std::vector<SceneAnswer> answers, queries.answers(questions, progress));
+    std::array<std::vector<Rgb>, 3> colours;
+    for (std::size_t k = 0; k < colours.size(); ++k)
+        colours[k] = ObjectLattice::colours(answers[k], rays.size());
+    const std::vector<Rgb> pigments = ObjectLattice::colours(answers.back(), rays.size());
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
         struct DiffuseView {
             double value, pigment, cosine, mirror, half;

@@ -52,14 +52,14 @@ Result<std::vector<Rgb>> measured_filters(const SceneQueries& queries, const Obj
         SceneQuery without_screens = lattice.query(rays);
         without_screens.pigments = true;
         const std::string mesh = screens.mesh2();
-        std::array<std::vector<Rgb>, 2> colours;
-        for (const int white : {0, 1}) {
-            SceneQuery query = without_screens;
-            query.suffix += fmt::format(
+        std::array<SceneQuery, 2> by_screen{without_screens, without_screens};
+        for (const int white : {0, 1})
+            by_screen[std::size_t(white)].suffix += fmt::format(
                 "{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission HF_E}} no_shadow}}\n", mesh, white);
-            HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-            colours[std::size_t(white)] = ObjectLattice::colours(answer, rays.size());
-        }
+        HF_TRY(const std::vector<SceneAnswer> answers, queries.answers(by_screen, progress));
+        std::array<std::vector<Rgb>, 2> colours;
+        for (std::size_t k = 0; k < colours.size(); ++k)
+            colours[k] = ObjectLattice::colours(answers[k], rays.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
             Rgb& filter = filters.emplace_back(colours[1][i] - colours[0][i]);
             for (int c = 0; c < 3; ++c) filter[c] = std::clamp(filter[c], 0.0f, 1.0f);
@@ -228,15 +228,17 @@ Result<Done> measure_absorption(const SceneQueries& queries, const GridRequest& 
         const Vec3d from = (start - frame.shift) / frame.scale + frame.centre;
         ways.push_back(ways_inside(parts, from, -normal / frame.scale, 0.02 * cell));
     }
-    std::array<std::vector<Rgb>, 4> pictures;  // Dark and bright, without and with interiors.
-    for (std::size_t k = 0; k < pictures.size(); ++k) {
-        SceneQuery query = lattice.query(rays);
-        query.pigments = true;
-        query.extras = k >= 2;
-        if (k % 2 == 1) query.suffix += "background{rgb HF_E}\n";
-        HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-        pictures[k] = ObjectLattice::colours(answer, rays.size());
+    std::vector<SceneQuery> questions(4,
+                                      lattice.query(rays));  // Dark and bright, without and with interiors.
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+        questions[k].pigments = true;
+        questions[k].extras = k >= 2;
+        if (k % 2 == 1) questions[k].suffix += "background{rgb HF_E}\n";
     }
+    HF_TRY(const std::vector<SceneAnswer> answers, queries.answers(questions, progress));
+    std::array<std::vector<Rgb>, 4> pictures;
+    for (std::size_t k = 0; k < pictures.size(); ++k)
+        pictures[k] = ObjectLattice::colours(answers[k], rays.size());
     for (int c = 0; c < 3; ++c) {
         std::vector<AbsorptionSample> samples;
         double largest = 0;

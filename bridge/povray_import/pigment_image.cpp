@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "bridge/povray_import/object_lattice.h"
 #include "bridge/povray_import/surface_charts.h"
@@ -141,20 +142,29 @@ Result<std::vector<Rgb>> texel_colours(const SceneQueries& queries, const Object
     std::size_t triangles = 0;
     for (const std::size_t s : chosen) triangles += surfaces[s].triangles.size();
     const std::vector<RowRange> ranges = strips(charts, triangles);
+    constexpr std::size_t together = 4;
     std::vector<Rgb> pixels;
-    for (const RowRange& rows : ranges) {
-        if (progress.report) progress.report("pigments", std::size_t(rows.first), std::size_t(charts.height));
-        SceneQuery query =
-            lattice.query(charts.width, charts.height,
-                          texel_camera(lattice, surfaces, chosen, charts, start, rows) + further);
-        query.pigments = true;
-        query.in_numbers = false;
-        if (ranges.size() > 1)
-            query.arguments = {fmt::format("+SR{}", rows.first + 1), fmt::format("+ER{}", rows.end)};
-        HF_TRY(const SceneAnswer answer, queries.answer(query, progress));
-        const auto begin = answer.pixels.begin();
-        pixels.insert(pixels.end(), begin + std::ptrdiff_t(rows.first) * charts.width,
-                      begin + std::ptrdiff_t(rows.end) * charts.width);
+    for (std::size_t first = 0; first < ranges.size(); first += together) {
+        if (progress.report)
+            progress.report("pigments", std::size_t(ranges[first].first), std::size_t(charts.height));
+        const std::span<const RowRange> some =
+            std::span(ranges).subspan(first, std::min(together, ranges.size() - first));
+        std::vector<SceneQuery> questions;
+        for (const RowRange& rows : some) {
+            SceneQuery& query = questions.emplace_back(
+                lattice.query(charts.width, charts.height,
+                              texel_camera(lattice, surfaces, chosen, charts, start, rows) + further));
+            query.pigments = true;
+            query.in_numbers = false;
+            if (ranges.size() > 1)
+                query.arguments = {fmt::format("+SR{}", rows.first + 1), fmt::format("+ER{}", rows.end)};
+        }
+        HF_TRY(const std::vector<SceneAnswer> answers, queries.answers(questions, progress));
+        for (std::size_t k = 0; k < some.size(); ++k) {
+            const auto begin = answers[k].pixels.begin();
+            pixels.insert(pixels.end(), begin + std::ptrdiff_t(some[k].first) * charts.width,
+                          begin + std::ptrdiff_t(some[k].end) * charts.width);
+        }
     }
     return pixels;
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <future>
 
 #include "bridge/povray/povray_log.h"
 #include "fields/base/srgb.h"
@@ -20,6 +21,7 @@
 namespace haarfield {
 namespace {
 
+constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;  // Of a file that POV-Ray writes.
 constexpr const char *plain_folder = "hf_plain", *emissive_folder = "hf_emissive";
 constexpr const char *prelude_file = "hf_prelude.inc", *suffix_file = "hf_suffix.inc";
 
@@ -118,11 +120,6 @@ std::optional<std::size_t> last_object(const std::string& log) {
     if (at == std::string::npos || log.find('\n', at) == std::string::npos) return std::nullopt;
     std::from_chars(log.data() + at + word.size(), log.data() + log.size(), number);
     return number;
-}
-
-/// Returns the main file of a rewritten scene.
-std::string input_of(const SceneQuery& query) {
-    return fmt::format("{}/hf_scene.pov", query.pigments ? emissive_folder : plain_folder);
 }
 
 /// Returns what is included in front of a rewritten scene.
@@ -316,7 +313,7 @@ Result<SceneQueries> SceneQueries::create(const std::filesystem::path& scene, co
 }
 
 Result<std::string> SceneQueries::written(const std::string& name) const {
-    return read_whole_file(scratch() / name, std::uint64_t{1} << 30);
+    return read_whole_file(scratch() / name, most_bytes);
 }
 
 Result<Done> SceneQueries::write_files(const SceneQuery& query, const std::filesystem::path& main) const {
@@ -330,20 +327,50 @@ Result<Done> SceneQueries::write_files(const SceneQuery& query, const std::files
     return write_file(folder / suffix_file, suffix_text(query));
 }
 
+std::string SceneQueries::input_of(const SceneQuery& query) const {
+    return scratch() / (query.pigments ? emissive_folder : plain_folder) / "hf_scene.pov";
+}
+
 Result<SceneAnswer> SceneQueries::answer(const SceneQuery& query, const Progress& progress) const {
-    return picture(query, input_of(query), progress);
+    return picture(query, scratch(), input_of(query), progress);
+}
+
+Result<std::vector<SceneAnswer>> SceneQueries::answers(std::span<const SceneQuery> queries,
+                                                       const Progress& progress) const {
+    constexpr std::size_t together = 4;
+    std::vector<SceneAnswer> answers;
+    for (std::size_t first = 0; first < queries.size(); first += together) {
+        std::vector<std::future<Result<SceneAnswer>>> running;
+        for (std::size_t k = first; k < std::min(first + together, queries.size()); ++k)
+            running.push_back(std::async(std::launch::async, [&, k]() -> Result<SceneAnswer> {
+                const std::filesystem::path folder = scratch() / fmt::format("hf_run_{}", k - first);
+                HF_TRY_DONE(make_folder(folder));
+                return picture(queries[k], folder, input_of(queries[k]), {{}, progress.stop});
+            }));
+        std::optional<Error> failure;
+        for (std::future<Result<SceneAnswer>>& run : running) {
+            Result<SceneAnswer> answer = run.get();
+            if (answer)
+                answers.push_back(*std::move(answer));
+            else if (!failure)
+                failure = answer.error();
+        }
+        if (failure) return *failure;
+    }
+    return answers;
 }
 
 Result<SceneAnswer> SceneQueries::original(const SceneQuery& query, const Progress& progress) const {
     const std::filesystem::path file = std::filesystem::absolute(file_).lexically_normal();
-    return picture(query, file.string(), progress);
+    return picture(query, scratch(), file.string(), progress);
 }
 
-Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::string& input,
-                                          const Progress& progress) const {
-    HF_TRY(SceneAnswer answer, run(query, input, "+FP16", progress));
+Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::filesystem::path& folder,
+                                          const std::string& input, const Progress& progress) const {
+    HF_TRY(SceneAnswer answer, run(query, folder, input, "+FP16", progress));
     if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
-    HF_TRY(const std::string bytes, written(uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm"));
+    const std::filesystem::path file = folder / (uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm");
+    HF_TRY(const std::string bytes, read_whole_file(file, most_bytes));
     HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
     const bool has_gamma = gamma_.exponent != 1;
     if (!query.pigments && !(query.in_numbers && has_gamma)) return answer;
@@ -359,19 +386,24 @@ Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::st
 
 Result<std::filesystem::path> SceneQueries::rendered_exr(const SceneQuery& query,
                                                          const Progress& progress) const {
-    HF_TRY_DONE(run(query, input_of(query), "+FE", progress));
+    HF_TRY_DONE(run(query, scratch(), input_of(query), "+FE", progress));
     return scratch() / (uses_frames_ ? "hf_picture1.exr" : "hf_picture.exr");
 }
 
-Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string& input,
-                                      const std::string& format, const Progress& progress) const {
-    HF_TRY_DONE(write_file(scratch() / prelude_file, prelude_text(query)));
-    HF_TRY_DONE(write_file(scratch() / suffix_file, suffix_text(query)));
+/// Runs POV-Ray.
+///
+/// folder  receives what POV-Ray writes; the scratch folder or one in it.
+/// input   the scene, as an absolute path.
+Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::filesystem::path& folder,
+                                      const std::string& input, const std::string& format,
+                                      const Progress& progress) const {
+    HF_TRY_DONE(write_file(folder / prelude_file, prelude_text(query)));
+    HF_TRY_DONE(write_file(folder / suffix_file, suffix_text(query)));
 
-    const std::filesystem::path folder = std::filesystem::absolute(file_).parent_path().lexically_normal();
-    const char* const variant = query.pigments ? emissive_folder : plain_folder;
+    const std::filesystem::path of_scene = std::filesystem::absolute(file_).parent_path().lexically_normal();
+    const std::filesystem::path variant = scratch() / (query.pigments ? emissive_folder : plain_folder);
     std::vector<std::string> arguments{"+I\"" + input + "\"",
-                                       fmt::format("+L{}", variant),
+                                       "+L\"" + variant.string() + "\"",
                                        "+Ohf_picture",
                                        format,
                                        fmt::format("+W{}", query.width),
@@ -385,9 +417,9 @@ Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string
                                        "-GS",
                                        "-GW",
                                        query.is_linear ? "File_Gamma=1.0" : "File_Gamma=sRGB"};
-    if (folder.string().find('"') != std::string::npos)
+    if (of_scene.string().find('"') != std::string::npos)
         return Error{file_.string(), "POV-Ray accepts no file names with quotation marks"};
-    arguments.push_back("+L\"" + folder.string() + "\"");
+    arguments.push_back("+L\"" + of_scene.string() + "\"");
     for (const std::filesystem::path& library : options_.wrap.library) {
         std::error_code ignored;
         if (std::filesystem::is_directory(library, ignored))
@@ -399,8 +431,8 @@ Result<SceneAnswer> SceneQueries::run(const SceneQuery& query, const std::string
 
     QueryOptions options = options_;
     if (query.seconds > 0) options.seconds = std::min(options.seconds, query.seconds);
-    return sandboxed_run(file_, {folder}, scratch(), std::move(arguments), options, query.object_seconds,
-                         progress);
+    return sandboxed_run(file_, {of_scene, scratch()}, folder, std::move(arguments), options,
+                         query.object_seconds, progress);
 }
 
 Result<Done> render_sandboxed(const std::filesystem::path& scene,

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace haarfield {
 
@@ -90,6 +91,14 @@ public:
     /// cost    half a second, and the time in which POV-Ray parses the scene.
     Result<SceneAnswer> answer(const SceneQuery& query, const Progress& progress = {}) const;
 
+    /// Runs POV-Ray for each query, up to four at a time, since each waits for half a second. Files that they
+    /// write besides pictures are lost.
+    ///
+    /// returns  an answer for each query.
+    /// errors   as answer; the first query's whose run fails.
+    Result<std::vector<SceneAnswer>> answers(std::span<const SceneQuery> queries,
+                                             const Progress& progress = {}) const;
+
     /// Renders the file itself, with the size and the arguments of a query.
     ///
     /// errors  as answer.
@@ -111,10 +120,12 @@ public:
 
 private:
     SceneQueries() = default;
-    Result<SceneAnswer> picture(const SceneQuery& query, const std::string& input,
-                                const Progress& progress) const;
-    Result<SceneAnswer> run(const SceneQuery& query, const std::string& input, const std::string& format,
+    Result<SceneAnswer> picture(const SceneQuery& query, const std::filesystem::path& folder,
+                                const std::string& input, const Progress& progress) const;
+    Result<SceneAnswer> run(const SceneQuery& query, const std::filesystem::path& folder,
+                            const std::string& input, const std::string& format,
                             const Progress& progress) const;
+    std::string input_of(const SceneQuery& query) const;
 
     std::filesystem::path file_;
     QueryOptions options_;
