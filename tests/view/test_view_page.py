@@ -481,7 +481,7 @@ class PageTest(unittest.TestCase):
                          "Object.assign(document.getElementById('stage').style, {width: '', height: ''})")
 
     def test_bake_ends_with_files(self):
-        done = self.page.task("bake")
+        done = self.page.task("bake", patience=300)
         self.assertEqual(done["state"], "done", done)
         for name in ["baked.png", "room.pov", "room.ply"]:
             self.assertIn(name, done["files"])
