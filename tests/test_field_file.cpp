@@ -9,6 +9,7 @@
 
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/test_folder.h"
+#include "tests/fixtures/thread_sanitizer.h"
 
 namespace haarfield {
 namespace {
@@ -83,11 +84,7 @@ TEST(FieldFile, RefusesAFileCutShortAnywhere) {
 
 /// A change may hit what is no part of the field, such as the UUID or a transform.
 TEST(FieldFile, AChangedByteIsRefusedOrChangesNothing) {
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-    GTEST_SKIP() << "allocations that fail end the process, and there is no reader process";
-#endif
-#endif
+    if (is_thread_sanitized) GTEST_SKIP() << "allocations that fail end the process";
     const TestFolder folder;
     const VisibilityField field = example_field();
     ASSERT_TRUE(write_field(field, folder / "example.vdb"));
