@@ -17,6 +17,7 @@ constexpr float straight = 0.985f, sharp = 0.8f;
 constexpr double shortest = 0.125;  // Of edges that are divided. [cells]
 constexpr int divisions = 3;        // In which edges become as short as that.
 constexpr std::size_t most_rays = 100000;
+constexpr std::size_t most_added = 20000;  // Vertices, for each surface.
 
 /// A ray to a surface, and what is done where it hits.
 struct BendRay {
@@ -30,7 +31,10 @@ struct BendRay {
 class BentSurface {
 public:
     BentSurface(ObjectSurface& surface, const GridFrame& frame, std::size_t index)
-        : surface_(surface), frame_(frame), index_(index), most_vertices_(3 * surface.positions.size()) {
+        : surface_(surface),
+          frame_(frame),
+          index_(index),
+          most_vertices_(surface.positions.size() + std::min(2 * surface.positions.size(), most_added)) {
         std::map<std::array<float, 3>, std::uint32_t> places;
         for (const Vec3f& position : surface.positions) {
             const auto count = static_cast<std::uint32_t>(places.size());

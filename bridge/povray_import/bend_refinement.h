@@ -10,7 +10,8 @@ namespace haarfield {
 /// Vertices between normals that differ by more than 10 degrees are moved onto the surface. An edge that
 /// dual_contour took for sharp becomes round if the surface faces its bisector there. Edges between such
 /// normals are divided, down to an eighth of a cell, but not those along sharp edges. A surface gets at most
-/// twice as many new vertices as it has. Surfaces of objects that are cut remain as they are.
+/// twice as many new vertices as it has, and at most 20,000. Surfaces of objects that are cut remain as they
+/// are.
 ///
 /// requests  sorted by object.
 /// surfaces  without colours.
