@@ -405,9 +405,7 @@ private:
             HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, opaque, camera,
                                               /*opacity=*/false, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_pigments.png");
-            float limit = INFINITY;
-            for (const std::size_t s : opaque) limit = std::min(limit, brightest_pigment(finishes[s]));
-            const float scale = dimmed(image.pixels, limit, statement_of(surfaces[opaque.front()]));
+            const float scale = dim_image(image, opaque, surfaces, finishes);
             HF_TRY_DONE(write_image(image, file));
             for (const std::size_t s : opaque) image_of_[surfaces[s].object] = {file, scale};
         }
@@ -415,9 +413,7 @@ private:
             HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, cut_out, camera,
                                               /*opacity=*/true, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_cutouts.png");
-            float limit = INFINITY;
-            for (const std::size_t s : cut_out) limit = std::min(limit, brightest_pigment(finishes[s]));
-            const float scale = dimmed(image.pixels, limit, statement_of(surfaces[cut_out.front()]));
+            const float scale = dim_image(image, cut_out, surfaces, finishes);
             HF_TRY_DONE(write_cut_outs(image, file));
             for (const std::size_t s : cut_out) image_of_[surfaces[s].object] = {file, scale};
         }
@@ -433,7 +429,8 @@ private:
     float dimmed(std::vector<Rgb>& colours, float limit, std::size_t statement) {
         float brightest = 1;
         for (const Rgb& colour : colours) brightest = std::max({brightest, colour.x, colour.y, colour.z});
-        constexpr float visible = 1.01f;
+        constexpr float rounding = 1.001f, visible = 1.01f;
+        if (brightest < rounding) brightest = 1;
         if (brightest > visible * limit)
             warn(statement,
                  fmt::format("has pigments up to {:.3g}; with its finish, those above {:.3g} would "
@@ -443,6 +440,16 @@ private:
         for (Rgb& colour : colours)
             for (int c = 0; c < 3; ++c) colour[c] = std::clamp(colour[c] / scale, 0.0f, 1.0f);
         return scale;
+    }
+
+    /// Dims the image of the pigments of some surfaces, as dimmed. Returns the pigment that multiplies it.
+    float dim_image(Image& image, const std::vector<std::size_t>& chosen,
+                    const std::vector<ObjectSurface>& surfaces, const std::vector<MeasuredFinish>& finishes) {
+        float limit = INFINITY;
+        for (const std::size_t s : chosen) limit = std::min(limit, brightest_pigment(finishes[s]));
+        const auto light = static_cast<float>(gamma_.light(double(limit)));
+        const std::size_t at = survey_.objects[surfaces[chosen.front()].object].statement;
+        return static_cast<float>(gamma_.number(double(dimmed(image.pixels, light, at))));
     }
 
     static bool is_transparent(const ObjectSurface& surface) {
