@@ -760,7 +760,7 @@ private:
     double reach_ = 1;                   ///< Distance from the eye to the farthest near object.
     double scale_ = 1;                   ///< From the file's unit to metres.
     AffineMap world_;
-    /// Of the pigments, with the colour that multiplies them, by object.
+    /// Images of pigments, each with the colour that multiplies it, by object.
     std::map<std::size_t, std::pair<std::filesystem::path, float>> image_of_;
     std::set<std::string> names_;
     std::vector<std::size_t> vertex_counts_;  ///< By entity.

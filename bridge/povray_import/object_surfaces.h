@@ -92,7 +92,7 @@ bool find_pattern(ObjectSurface& surface);
 ///           their borders.
 /// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
-/// cost      processor time: 3 us per texel, twice that with opacity; 30 ps for each texel and each
+/// cost      processor time: 3 us per texel, twice that with opacity; 0.3 ns for each texel and each
 ///           triangle, divided by the number of runs of POV-Ray, up to 32.
 /// source    a mesh_camera with distribution 3, which renders image coordinates.
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,

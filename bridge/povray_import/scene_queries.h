@@ -30,8 +30,8 @@ struct SceneGamma {
     double number(double light) const;  ///< The inverse.
 };
 
-/// What surfaces emit in queries of pigments, as a share of their pigment: pigments can be brighter than the
-/// pictures. POV-Ray knows it as HF_E, which is 1 in other queries.
+/// Surfaces emit this share of their pigment in queries of pigments, since pictures end at 1 and pigments do
+/// not. POV-Ray knows the share as HF_E, which is 1 in other queries.
 inline constexpr double pigment_emission = 0.25;
 
 /// One question: what POV-Ray evaluates before, after and around the scene's text.

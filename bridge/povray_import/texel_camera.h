@@ -17,7 +17,7 @@ std::vector<std::uint8_t> pixels_on_surfaces(const SceneGamma& gamma, std::span<
 /// with distribution 3.
 class TexelCamera {
 public:
-    /// Of a picture of this size. [pixels]
+    /// Makes the camera of a picture of this size. [pixels]
     TexelCamera(int width, int height) : width_(width), height_(height) {}
 
     /// Adds a vertex.
