@@ -60,24 +60,28 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
     return Done{};
 }
 
+/// Returns the size of cubemaps with which a search starts.
+int least_face_size(const SceneEntities& entities, const RenderSettings& settings) {
+    const bool has_fields = std::ranges::any_of(
+        entities.entities, [](const auto& entity) { return entity->field.has_surroundings(); });
+    return has_fields ? settings.face_size : std::min(settings.face_size, 16);
+}
+
 /// Bakes to a target error.
 ///
 /// indirect  receives the scene's indirect light, if there are bounces.
 Result<Done> search(const PointShading& direct, const Scene& scene, const SceneEntities& entities,
-                    const BakeOptions& options, std::span<const std::optional<MeshPoint>> pixels,
-                    std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
+                    const BakeOptions& options, int most_face_size,
+                    std::span<const std::optional<MeshPoint>> pixels, std::optional<IndirectLight>& indirect,
+                    const Progress& progress, BakedScene& baked) {
     const std::size_t budget =
         options.vertex_budget ? *options.vertex_budget : search_budget(scene, entities);
     std::vector<DisplayedPoint> points;
     if (!options.everywhere) points = displayed_points(entities, direct.scene, pixels);
     const bool is_everywhere = points.empty();
     if (is_everywhere) points = displayed_area(entities, direct.scene);
-    constexpr int least_face_size = 16;
-    const bool has_fields = std::ranges::any_of(
-        entities.entities, [](const auto& entity) { return entity->field.has_surroundings(); });
-    const int least = has_fields ? 0 : least_face_size;
-    HF_TRY(TargetBake found,
-           target_bake(direct, {*options.error, budget, !is_everywhere, least}, std::move(points), progress));
+    HF_TRY(TargetBake found, target_bake(direct, {*options.error, budget, !is_everywhere, most_face_size},
+                                         std::move(points), progress));
     baked.search =
         SearchOutcome{*options.error,   found.error,          found.end,
                       budget,           found.fitted,         found.cut_edges,
@@ -250,14 +254,22 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
             return baked;
         }
     }
-    HF_TRY(const ShadingGeometry geometry, shading_geometry(shaded, settings, progress));
-    const SceneLight light = scene_light(shaded, settings, progress.stop);
-    PointShading shading{shaded, geometry, light, settings, nullptr, nullptr, sharing};
+    RenderSettings chosen = settings;
+    if (options.error) chosen.face_size = least_face_size(entities, settings);
+    HF_TRY(ShadingGeometry geometry, shading_geometry(shaded, chosen, progress));
+    SceneLight light = scene_light(shaded, chosen, progress.stop);
+    PointShading shading{shaded, geometry, light, chosen, nullptr, nullptr, sharing};
     std::optional<IndirectLight> indirect;
     const bool is_fine = !options.error && !options.refine && options.colours == BakedColours::sampled;
     if (options.error) {
         shading.sharing = nullptr;
-        HF_TRY_DONE(search(shading, scene, entities, options, pixels, indirect, progress, baked));
+        HF_TRY_DONE(
+            search(shading, scene, entities, options, settings.face_size, pixels, indirect, progress, baked));
+        if (!options.passes.empty() && chosen.face_size < settings.face_size) {
+            chosen.face_size = settings.face_size;
+            HF_TRY(geometry, shading_geometry(shaded, chosen, progress));
+            light = scene_light(shaded, chosen, progress.stop);
+        }
     } else if (is_fine && !by_rays) {
         HF_TRY_DONE(shade_fine(shading, options, indirect, progress, baked));
         if (settings.bounces.most > 0 && is_partial(sharing)) return baked;

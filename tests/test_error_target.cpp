@@ -125,6 +125,23 @@ TEST(BakeError, ShadingIsComparedWithUnbiasedReferences) {
     EXPECT_EQ(found.indirect.square, 0);
 }
 
+TEST(BakeError, MetersOfOneSceneShareReferences) {
+    LitBox lit;
+    make_accurate(lit);
+    const std::vector<DisplayedPoint> points = floor_points(lit, 4096);
+    BakeErrorMeter first(lit.shading, points);
+    ASSERT_TRUE(first.shading_error(0.01, {}, 100));
+    Environment brighter = lit.example.scene.environment;
+    for (Rgb& pixel : brighter.image.pixels) pixel *= 1.1f;
+    lit.light = scene_light(brighter, lit.settings);
+    BakeErrorMeter second(lit.shading, first);
+    EXPECT_EQ(second.shading_error(0.01)->direct.square,
+              BakeErrorMeter(lit.shading, points).shading_error(0.01)->direct.square);
+    // Another accuracy needs references of its own.
+    EXPECT_EQ(second.shading_error(0.02)->direct.square,
+              BakeErrorMeter(lit.shading, points).shading_error(0.02)->direct.square);
+}
+
 TEST(BakeError, PathsReduceTheNoiseOfSpecularReferences) {
     LitBox lit;
     make_accurate(lit);

@@ -172,6 +172,23 @@ TEST(RayRenderer, AgreesWithDenseSums) {
     EXPECT_LT(std::sqrt(error / energy), 0.004);
 }
 
+TEST(RayRenderer, SetsOfSharedSamplesAreThoseOfTheirNumbersAsSeeds) {
+    const Boxes boxes;
+    const RayScene rays(boxes.scene);
+    const DirectRays shared(rays, 256, 4);
+    for (std::size_t i = 0; i < boxes.scene.instances.size(); ++i) {
+        const ShadedEntity& entity = boxes.scene.entities[boxes.scene.instances[i].entity];
+        const SurfacePoint point = surface_point(entity, 1);
+        const ShadingPoint at = shading_point(boxes.scene, boxes.scene.instances[i], point);
+        for (const std::uint32_t number : {2u, 6u})
+            EXPECT_EQ(shared.radiance(i, at, entity.materials[point.material], number).total(),
+                      ray_radiance(rays, i, point, 256, 2).total());
+    }
+    EXPECT_EQ(DirectRays::set_count(1024), 64u);
+    EXPECT_EQ(DirectRays::set_count(1u << 16), 4u);
+    EXPECT_EQ(DirectRays::set_count(1u << 20), 1u);
+}
+
 TEST(RayRenderer, HasSmallerErrorsThanRandomSamplesAndEstimatesThem) {
     const Boxes boxes;
     const RayScene rays(boxes.scene);

@@ -28,6 +28,8 @@ constexpr double most_mean_path_samples = 2048;
 /// The error that the noise of all paths adds to a bake without errors, relative to the wanted accuracy.
 constexpr double path_noise_share = 0.3;
 constexpr double interval = 0.9;
+/// Samples of all sets of direct light, and limits of the number of sets.
+constexpr std::uint32_t direct_set_samples = 1u << 18, fewest_sets = 16, most_sets = 128;
 
 /// Returns a whole number below `count`, the same on every platform.
 std::size_t number_below(std::mt19937& random, std::size_t count) {
@@ -147,16 +149,33 @@ struct StratifiedPoints {
 
 }  // namespace
 
+/// What does not depend on the shading.
+struct BakeErrorMeter::Truth {
+    Truth(const ShadedScene& scene, std::vector<DisplayedPoint> all)
+        : population(std::move(all)), solids(scene) {}
+
+    /// Two independent references of direct light.
+    using DirectPair = std::array<Outgoing, 2>;
+
+    const std::vector<DisplayedPoint> population;
+    const PlacedSolids solids;
+    std::optional<RayScene> rays;  ///< Once it is needed.
+    std::optional<DirectRays> direct_rays;
+    std::uint32_t direct_samples = 0;           ///< Of direct_rays.
+    std::vector<DirectPair> of_shading_points;  ///< Of the first points of shading_error, by direct_rays.
+};
+
 struct BakeErrorMeter::State {
-    State(const PointShading& of, std::vector<DisplayedPoint> all)
-        : shading(of), population(std::move(all)), solids(of.scene) {}
+    State(const PointShading& of, std::shared_ptr<Truth> shared)
+        : shading(of), truth(std::move(shared)), population(truth->population) {}
 
     std::optional<ShadedPoint> point(std::size_t number) const {
         const DisplayedPoint& displayed = population[number];
         const ShadedInstance& instance = shading.scene.instances[displayed.at.instance];
         const std::optional<SurfacePoint> found =
             surface_point(shading.scene.entities[instance.entity], displayed.at);
-        if (!found || solids.contain(shading.scene, displayed.at.instance, *found)) return std::nullopt;
+        if (!found || truth->solids.contain(shading.scene, displayed.at.instance, *found))
+            return std::nullopt;
         return ShadedPoint{displayed,
                            {displayed.at.instance, *found},
                            instance.placement.point_to_world(found->position),
@@ -209,25 +228,58 @@ struct BakeErrorMeter::State {
         return Done{};
     }
 
+    /// Adds the references of direct light of the points that have none.
+    Result<Done> add_direct(std::span<const ShadedPoint> points, double accuracy,
+                            std::vector<Truth::DirectPair>& known, const Progress& progress) {
+        // The noise of a mean square falls with the number of samples.
+        const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
+        const auto samples = std::uint32_t(1024 * effort);
+        if (!truth->rays) truth->rays.emplace(shading.scene);
+        if (!truth->direct_rays || truth->direct_samples != samples) {
+            truth->direct_rays.emplace(*truth->rays, samples,
+                                       std::clamp(direct_set_samples / samples, fewest_sets, most_sets));
+            truth->direct_samples = samples;
+            truth->of_shading_points.clear();
+        }
+        const std::size_t first = known.size();
+        if (first >= points.size()) return Done{};
+        std::vector<Truth::DirectPair> added(points.size() - first);
+        HF_TRY_DONE(parallel_loop(
+            {added.size()},
+            [&]() -> LoopBody {
+                return [&](std::size_t n) {
+                    const std::size_t k = first + n;
+                    const InstancePoint& point = points[k].at;
+                    const ShadedInstance& placed = shading.scene.instances[point.instance];
+                    const ShadingPoint at = shading_point(shading.scene, placed, point.point);
+                    const Material& material =
+                        shading.scene.entities[placed.entity].materials[point.point.material];
+                    for (std::uint32_t r = 0; r < 2; ++r)
+                        added[n][r] = truth->direct_rays->radiance(point.instance, at, material,
+                                                                   2 * std::uint32_t(k) + r);
+                };
+            },
+            "reference points", progress));
+        known.insert(known.end(), added.begin(), added.end());
+        return Done{};
+    }
+
     /// Compares shaded points with references.
     ///
+    /// known           references of direct light of the first points; those of the others are added.
     /// traced_weights  the weights of the first points in the mean over the population; the indirect light
     ///                 of these is compared.
     Result<std::vector<Reference>> references(std::span<const ShadedPoint> points, double accuracy,
+                                              std::vector<Truth::DirectPair>& known,
                                               std::span<const double> traced_weights,
                                               const Progress& progress) {
+        HF_TRY_DONE(add_direct(points, accuracy, known, progress));
         std::vector<Reference> result(points.size());
-        // The noise of a mean square falls with the number of samples.
-        const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
-        if (!rays) rays.emplace(shading.scene);
-        const auto samples_of_direct = std::uint32_t(1024 * effort);
-        const auto direct_error = [&](std::size_t k, std::uint32_t seed) {
-            const ShadedPoint& point = points[k];
-            const Outgoing reference =
-                ray_radiance(*rays, point.at.instance, point.at.point, samples_of_direct, seed);
-            return point.displayed.displayed(point.direct) - point.displayed.displayed(reference);
-        };
-        HF_TRY(const Pairs direct, estimates<2>(points.size(), direct_error, progress));
+        Pairs direct(points.size());
+        for (std::size_t k = 0; k < points.size(); ++k)
+            for (std::size_t r = 0; r < 2; ++r)
+                direct[k][r] = points[k].displayed.displayed(points[k].direct) -
+                               points[k].displayed.displayed(known[k][r]);
         for (std::size_t k = 0; k < points.size(); ++k) {
             Reference& reference = result[k];
             reference.point = points[k].displayed;
@@ -250,7 +302,7 @@ struct BakeErrorMeter::State {
     /// Compares the indirect light of the first points with paths, as many as their noise requires.
     Result<Pairs> indirect_errors(std::span<const ShadedPoint> points, double accuracy,
                                   std::span<const double> weights, const Progress& progress) const {
-        const PathTracer paths(*rays, *shading.indirect->surface);
+        const PathTracer paths(*truth->rays, *shading.indirect->surface);
         const std::size_t traced = weights.size();
         const auto indirect_error = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
             const ShadedPoint& point = points[k];
@@ -373,15 +425,19 @@ struct BakeErrorMeter::State {
 
     /// Not a reference: frames of sessions replace their shading.
     const PointShading shading;
-    const std::vector<DisplayedPoint> population;
-    const PlacedSolids solids;
-    std::optional<RayScene> rays;  ///< Once it is needed.
+    const std::shared_ptr<Truth> truth;
+    const std::vector<DisplayedPoint>& population;  ///< Of the truth.
     StratifiedPoints steering{{}, {}, {1.0}};
     double mean_square = 0;  ///< Of the displayed radiance.
 };
 
 BakeErrorMeter::BakeErrorMeter(const PointShading& shading, std::vector<DisplayedPoint> population)
-    : state_(std::make_unique<State>(shading, std::move(population))) {}
+    : state_(
+          std::make_unique<State>(shading, std::make_shared<Truth>(shading.scene, std::move(population)))) {}
+BakeErrorMeter::BakeErrorMeter(const PointShading& shading, const BakeErrorMeter& other)
+    : state_(std::make_unique<State>(shading, other.state_->truth)) {}
+BakeErrorMeter::BakeErrorMeter(BakeErrorMeter&&) noexcept = default;
+BakeErrorMeter& BakeErrorMeter::operator=(BakeErrorMeter&&) noexcept = default;
 BakeErrorMeter::~BakeErrorMeter() = default;
 
 Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, const Progress& progress,
@@ -391,7 +447,8 @@ Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, c
     Shading result;
     const std::size_t traced = std::min(path_points, points.size());
     const std::vector<double> weights(traced, 1 / double(std::max<std::size_t>(1, traced)));
-    HF_TRY(result.references, state_->references(points, accuracy, weights, progress));
+    HF_TRY(result.references,
+           state_->references(points, accuracy, state_->truth->of_shading_points, weights, progress));
     WeightedValues direct{1, {}}, indirect{1, {}}, both{1, {}};
     for (const Reference& reference : result.references) {
         direct.values.push_back(reference.direct_product);
@@ -452,8 +509,9 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const Displ
         const std::size_t s = points.stratum[chosen[n]];
         weights.push_back(points.weights[s] / double(traced_of[s]));
     }
+    std::vector<Truth::DirectPair> direct;
     HF_TRY(const std::vector<Reference> references,
-           state_->references(selected, accuracy, weights, progress));
+           state_->references(selected, accuracy, direct, weights, progress));
     for (const double weight : points.weights) result.strata.push_back({weight, {}});
     for (std::size_t n = 0; n < chosen.size(); ++n)
         result.strata[points.stratum[chosen[n]]].references.push_back(references[n]);

@@ -63,6 +63,12 @@ public:
     /// shading     with its indirect light, if there is any. It must outlive the meter.
     /// population  all displayed points. Buried points are left out when they are chosen.
     BakeErrorMeter(const PointShading& shading, std::vector<DisplayedPoint> population);
+
+    /// Measures another shading of the same scene at the same points. Both share the references of direct
+    /// light, so that they must not be used at the same time.
+    BakeErrorMeter(const PointShading& shading, const BakeErrorMeter& other);
+    BakeErrorMeter(BakeErrorMeter&&) noexcept;
+    BakeErrorMeter& operator=(BakeErrorMeter&&) noexcept;
     ~BakeErrorMeter();
 
     /// The values that a bake displays at a point.
@@ -143,6 +149,7 @@ public:
                     const Shading& shading) const;
 
 private:
+    struct Truth;
     struct State;
     std::unique_ptr<State> state_;
 };

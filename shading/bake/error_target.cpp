@@ -318,22 +318,23 @@ struct SceneAtFaceSize {
 
 /// Chooses the smallest face size whose direct light is accurate enough, and sets it in the settings. None:
 /// the size that they have.
+///
+/// meter  of the direct light.
 Result<std::optional<SceneAtFaceSize>> chosen_face_size(const PointShading& direct, const ErrorTarget& target,
-                                                        const std::vector<DisplayedPoint>& population,
-                                                        RenderSettings& settings, const Progress& progress) {
-    const int largest = settings.face_size;
-    if (target.least_face_size <= 0) return std::optional<SceneAtFaceSize>();
-    for (settings.face_size = target.least_face_size; settings.face_size < largest; settings.face_size *= 2) {
-        HF_TRY(ShadingGeometry geometry, shading_geometry(direct.scene, settings, progress));
-        std::optional<SceneAtFaceSize> found(
-            {std::move(geometry), scene_light(direct.scene, settings, progress.stop)});
-        BakeErrorMeter meter({direct.scene, found->geometry, found->light, settings}, population);
+                                                        BakeErrorMeter meter, RenderSettings& settings,
+                                                        const Progress& progress) {
+    std::optional<SceneAtFaceSize> larger;
+    while (settings.face_size < target.most_face_size) {
         HF_TRY(const BakeErrorMeter::Shading measured,
                meter.shading_error(target.error, progress, face_size_points));
-        if (root(measured.direct.square) <= largest_direct_share * target.error) return found;
+        if (root(measured.direct.square) <= largest_direct_share * target.error) break;
+        settings.face_size *= 2;
+        HF_TRY(ShadingGeometry geometry, shading_geometry(direct.scene, settings, progress));
+        larger.emplace(
+            SceneAtFaceSize{std::move(geometry), scene_light(direct.scene, settings, progress.stop)});
+        meter = BakeErrorMeter({direct.scene, larger->geometry, larger->light, settings}, meter);
     }
-    settings.face_size = largest;
-    return std::optional<SceneAtFaceSize>();
+    return larger;
 }
 
 /// Chooses the fewest rays with which gathered irradiance is accurate enough, in comparison with many rays at
@@ -393,19 +394,19 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
                                std::vector<DisplayedPoint> population, const Progress& progress) {
     TargetBake bake;
     RenderSettings settings = direct.settings;
-    HF_TRY(const std::optional<SceneAtFaceSize> coarser,
-           chosen_face_size(direct, target, population, settings, progress));
+    BakeErrorMeter meter(direct, population);
+    HF_TRY(const std::optional<SceneAtFaceSize> larger,
+           chosen_face_size(direct, target, BakeErrorMeter(direct, meter), settings, progress));
     const auto lit = [&]() -> PointShading {
         return {direct.scene,
-                coarser ? coarser->geometry : direct.geometry,
-                coarser ? coarser->light : direct.light,
+                larger ? larger->geometry : direct.geometry,
+                larger ? larger->light : direct.light,
                 settings,
                 nullptr,
                 bake.indirect ? &*bake.indirect : nullptr};
     };
     bake.face_size = settings.face_size;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
-    std::optional<BakeErrorMeter> meter;
     BakeErrorMeter::Shading measured;
     std::optional<BounceRays> rays;  // With the current number of directions.
     bool is_focused = false;
@@ -421,8 +422,8 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
             bake.gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
             bake.indirect->gathering_rays = bake.gathering_rays;
         }
-        meter.emplace(lit(), population);
-        HF_TRY(measured, meter->shading_error(target.error, progress));
+        meter = BakeErrorMeter(lit(), meter);
+        HF_TRY(measured, meter.shading_error(target.error, progress));
         const double error = root(measured.indirect.square);
         if (error <= largest_indirect_share * target.error) break;
         if (!is_focused) {
@@ -439,7 +440,7 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();
     if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
-    HF_TRY_DONE(Search(shading, target, *meter, measured)(
+    HF_TRY_DONE(Search(shading, target, meter, measured)(
         radiant_fine_meshes(direct.scene, std::move(radiance), shading.indirect), displayed, bake, progress));
     return bake;
 }

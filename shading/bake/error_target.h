@@ -10,9 +10,8 @@ struct ErrorTarget {
     double error = 0.01;                                             ///< BakeError::total.
     std::size_t vertex_budget = RefinementSettings().vertex_budget;  ///< Over all instances.
     bool by_view = true;                                             ///< RefinementSettings::by_view.
-    /// The smallest RenderSettings::face_size that the search may choose; 0: that of the settings. Scenes
-    /// with fields need the size of their fields.
-    int least_face_size = 0;
+    /// The largest RenderSettings::face_size that the search may choose; the settings have the smallest.
+    int most_face_size = 0;
 };
 
 /// The reason for which a search ended.
@@ -43,7 +42,7 @@ struct TargetBake {
 /// Bakes a scene to a target error with few vertices.
 ///
 /// The search starts with the fine meshes of the entities. First, it measures direct light at a few points
-/// with increasing face sizes, up to that of the settings, until its error is below half of the target. It
+/// with increasing face sizes, from that of the settings on, until its error is below half of the target. It
 /// chooses the fewest gathering rays whose noise is below a quarter of the target. It then measures the
 /// shading as a whole. While the error of indirect light is too large, it repeats it, first with
 /// focused_indirect_light, then with four times as many directions each time. It then refines the meshes in
@@ -53,7 +52,8 @@ struct TargetBake {
 /// target. Other points measure the reported error. If it exceeds the target, the refinement continues, at
 /// most twice. Where the shading alone exceeds the target, interpolation may have half of its error.
 ///
-/// direct      the scene without indirect light; its settings contain the bounces.
+/// direct      the scene without indirect light; its settings contain the bounces. Scenes with fields need
+///             the face size of their fields.
 /// population  the points at which the bake is displayed.
 /// accuracy    bit-identical for any number of threads.
 /// cost        that of the refinement; measurements take 1 to 2 s of processor time for a target of 1 %.

@@ -197,67 +197,12 @@ Outgoing direct_radiance(const RayScene& rays, const Material& material, const S
                     radiance_from_lamps(rays.lamps, rays.rays, material, at));
 }
 
-/// The samples that the vertices of a scene share.
-class SharedSamples {
-public:
-    SharedSamples(const RayScene& rays, std::uint32_t samples) : samples_(samples) {
-        for (const ShadedEntity& entity : rays.scene.entities)
-            for (const Material& material : entity.materials) {
-                const Counts counts = counts_of(rays, surface_brdf<float>(material), samples);
-                std::vector<DirectSamples>& sets = by_techniques_[techniques(counts)];
-                if (!sets.empty()) continue;
-                sets.resize(set_count(samples));
-                tbb::parallel_for(std::uint32_t(0), std::uint32_t(sets.size()),
-                                  [&](std::uint32_t set) { sets[set] = direct_samples(rays, counts, set); });
-            }
-    }
-
-    /// Number of sets of samples.
-    static std::uint32_t set_count(std::uint32_t samples) {
-        return std::clamp(most_samples / samples, 1u, most_sets);
-    }
-
-    /// Returns the samples of a vertex.
-    const DirectSamples& operator()(const Counts& counts, std::uint32_t seed) const {
-        return by_techniques_[techniques(counts)][seed % set_count(samples_)];
-    }
-
-private:
-    static constexpr std::uint32_t most_sets = 64, most_samples = 1u << 18;
-
-    static std::size_t techniques(const Counts& counts) {
-        std::size_t result = counts.cosine > 0;
-        for (std::size_t i = 0; i < most_lobes; ++i) result |= std::size_t(counts.lobes[i] > 0) << (i + 1);
-        return result;
-    }
-
-    std::uint32_t samples_;
-    std::array<std::vector<DirectSamples>, 2u << most_lobes> by_techniques_;
-};
-
-/// Traces the paths of vertices.
-class SharedPaths {
-public:
-    SharedPaths(const RayScene& rays, const RaySettings& settings)
-        : surface_(rays.scene), tracer_(rays, surface_), bounces_(settings.bounces) {
-        const std::uint32_t paths = std::max(1u, settings.samples / path_share);
-        const std::uint32_t count = SharedSamples::set_count(settings.samples);
-        for (std::uint32_t set = 0; set < count; ++set)
-            sets_.emplace_back(rays.environment, paths, mixed_seed(set, 0x70617468), stored_reflections);
-    }
-
-    Outgoing operator()(const ShadingPoint& at, std::uint32_t seed) const {
-        return tracer_.indirect_radiance(at.from, at.brdf, sets_[seed % sets_.size()], bounces_);
-    }
-
-private:
-    static constexpr std::uint32_t path_share = 4, stored_reflections = 3;
-
-    FineSurface surface_;
-    PathTracer tracer_;
-    std::vector<PathSamples> sets_;
-    int bounces_;
-};
+/// Returns a number that tells which terms of a BRDF are sampled.
+std::size_t techniques(const Counts& counts) {
+    std::size_t result = counts.cosine > 0;
+    for (std::size_t i = 0; i < most_lobes; ++i) result |= std::size_t(counts.lobes[i] > 0) << (i + 1);
+    return result;
+}
 
 }  // namespace
 
@@ -291,16 +236,68 @@ RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32
     return result;
 }
 
-struct RayShader::Samples {
-    SharedSamples direct;
-    std::optional<SharedPaths> paths;
+/// Sets of samples, by techniques(), if a material has these.
+struct DirectRays::Sets {
+    std::array<std::vector<DirectSamples>, 2u << most_lobes> by_techniques;
+};
+
+std::uint32_t DirectRays::set_count(std::uint32_t samples) {
+    constexpr std::uint32_t most_sets = 64, most_samples = 1u << 18;
+    return std::clamp(most_samples / samples, 1u, most_sets);
+}
+
+DirectRays::DirectRays(const RayScene& rays, std::uint32_t samples, std::uint32_t sets)
+    : rays_(rays), samples_(samples), count_(sets) {
+    auto made = std::make_unique<Sets>();
+    for (const ShadedEntity& entity : rays.scene.entities)
+        for (const Material& material : entity.materials) {
+            const Counts counts = counts_of(rays, surface_brdf<float>(material), samples);
+            std::vector<DirectSamples>& found = made->by_techniques[techniques(counts)];
+            if (!found.empty()) continue;
+            found.resize(sets);
+            tbb::parallel_for(std::uint32_t(0), sets,
+                              [&](std::uint32_t set) { found[set] = direct_samples(rays, counts, set); });
+        }
+    sets_ = std::move(made);
+}
+
+DirectRays::~DirectRays() = default;
+
+Outgoing DirectRays::radiance(std::size_t instance, const ShadingPoint& at, const Material& material,
+                              std::uint32_t number) const {
+    if (is_covered(rays_, instance, at)) return {};
+    return direct_radiance(rays_, material, at, samples_, [&](const Counts& counts) -> const DirectSamples& {
+        return sets_->by_techniques[techniques(counts)][number % count_];
+    });
+}
+
+/// Traces the paths of vertices.
+class RayShader::Paths {
+public:
+    Paths(const RayScene& rays, const RaySettings& settings)
+        : surface_(rays.scene), tracer_(rays, surface_), bounces_(settings.bounces) {
+        const std::uint32_t paths = std::max(1u, settings.samples / path_share);
+        const std::uint32_t count = DirectRays::set_count(settings.samples);
+        for (std::uint32_t set = 0; set < count; ++set)
+            sets_.emplace_back(rays.environment, paths, mixed_seed(set, 0x70617468), stored_reflections);
+    }
+
+    Outgoing operator()(const ShadingPoint& at, std::uint32_t seed) const {
+        return tracer_.indirect_radiance(at.from, at.brdf, sets_[seed % sets_.size()], bounces_);
+    }
+
+private:
+    static constexpr std::uint32_t path_share = 4, stored_reflections = 3;
+
+    FineSurface surface_;
+    PathTracer tracer_;
+    std::vector<PathSamples> sets_;
+    int bounces_;
 };
 
 RayShader::RayShader(const ShadedScene& scene, const RaySettings& settings)
-    : rays_(scene), settings_(settings) {
-    auto samples = std::make_unique<Samples>(Samples{SharedSamples(rays_, settings.samples), std::nullopt});
-    if (settings.bounces > 0) samples->paths.emplace(rays_, settings);
-    samples_ = std::move(samples);
+    : rays_(scene), direct_(rays_, settings.samples, DirectRays::set_count(settings.samples)) {
+    if (settings.bounces > 0) paths_ = std::make_unique<const Paths>(rays_, settings);
 }
 
 RayShader::~RayShader() = default;
@@ -308,21 +305,19 @@ RayShader::~RayShader() = default;
 Outgoing RayShader::radiance(std::size_t instance, std::uint32_t vertex) const {
     const ShadedEntity& entity = entity_of(rays_.scene, instance);
     const ShadingPoint at = shading_point(rays_.scene, rays_.scene.instances[instance], vertex);
-    if (is_covered(rays_, instance, at)) return {};
     const std::uint32_t seed = vertex_seed(instance, vertex);
-    Outgoing radiance = direct_radiance(
-        rays_, entity.materials[entity.mesh->vertex_materials[vertex]], at, settings_.samples,
-        [&](const Counts& counts) -> const DirectSamples& { return samples_->direct(counts, seed); });
-    if (samples_->paths) radiance += (*samples_->paths)(at, seed);
+    Outgoing radiance =
+        direct_.radiance(instance, at, entity.materials[entity.mesh->vertex_materials[vertex]], seed);
+    if (paths_ && !is_covered(rays_, instance, at)) radiance += (*paths_)(at, seed);
     return radiance;
 }
 
 Outgoing RayShader::indirect_radiance(std::size_t instance, std::uint32_t vertex,
                                       const Material& material) const {
     ShadingPoint at = shading_point(rays_.scene, rays_.scene.instances[instance], vertex);
-    if (!samples_->paths || is_covered(rays_, instance, at)) return {};
+    if (!paths_ || is_covered(rays_, instance, at)) return {};
     at.brdf = surface_brdf<float>(material, at.brdf.normal, at.brdf.mirror);
-    return (*samples_->paths)(at, vertex_seed(instance, vertex));
+    return (*paths_)(at, vertex_seed(instance, vertex));
 }
 
 Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, const RaySettings& settings,

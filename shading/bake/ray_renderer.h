@@ -21,6 +21,36 @@ namespace haarfield {
 Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
                       std::uint32_t samples, std::uint32_t seed);
 
+/// Computes direct light as ray_radiance does, with sets of samples that all points share. Threads may share
+/// it.
+///
+/// accuracy  unbiased. Different sets are independent estimates; points with the same set have the same
+///           samples.
+class DirectRays {
+public:
+    /// Returns the usual number of sets: 64, or as many as have 2^18 samples.
+    static std::uint32_t set_count(std::uint32_t samples);
+
+    /// samples  as for ray_radiance.
+    /// cost     0.2 us and 40 bytes per sample of each set, for each combination of terms in the BRDFs.
+    DirectRays(const RayScene& rays, std::uint32_t samples, std::uint32_t sets);
+    ~DirectRays();
+
+    /// Returns the radiance of a point by the set `number` modulo the number of sets. A point that another
+    /// instance touches is black.
+    ///
+    /// material  of the point's entity; that of `at.brdf`.
+    /// cost      0.15 us per sample.
+    Outgoing radiance(std::size_t instance, const ShadingPoint& at, const Material& material,
+                      std::uint32_t number) const;
+
+private:
+    struct Sets;
+    const RayScene& rays_;
+    std::uint32_t samples_, count_;
+    std::unique_ptr<const Sets> sets_;
+};
+
 /// The mean radiance of a vertex over independent estimates, and its standard error.
 struct RayEstimate {
     Rgb radiance{0.0f}, deviation{0.0f};
@@ -40,8 +70,8 @@ struct RaySettings {
 
 /// Shades vertices with samples that are computed once. Threads may share it.
 ///
-/// Vertices share 64 sets of samples, or as many as have 2^18 samples. The set of a vertex, and therefore its
-/// radiance, depends on the number of the vertex only.
+/// Vertices share DirectRays::set_count() sets of samples. The set of a vertex, and therefore its radiance,
+/// depends on the number of the vertex only.
 ///
 /// accuracy  unbiased. A point that another instance touches is black.
 /// cost      0.15 us per sample, and PathTracer's per path.
@@ -60,10 +90,10 @@ public:
     Outgoing indirect_radiance(std::size_t instance, std::uint32_t vertex, const Material& material) const;
 
 private:
-    struct Samples;
+    class Paths;
     RayScene rays_;
-    RaySettings settings_;
-    std::unique_ptr<const Samples> samples_;
+    DirectRays direct_;
+    std::unique_ptr<const Paths> paths_;  ///< Null without bounces.
 };
 
 /// Returns radiance by instance and vertex, like scene_radiance, with the light of the bounces (RayShader).
