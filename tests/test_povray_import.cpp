@@ -439,6 +439,31 @@ TEST(PovrayImport, SmallObjectsThatPovrayTakesForInfiniteHaveTheirOwnGrid) {
         EXPECT_EQ(warning.find("wrong places"), std::string::npos) << warning;
 }
 
+TEST(PovrayImport, ClippedPlanesAreSheetsAndOrthographicCamerasDistant) {
+    // Lines along x and y meet nothing, so that the plane's half-space seems to be empty.
+    const auto imported = imported_text("povray_clipped_plane",
+                                        "#version 3.7;\nglobal_settings{assumed_gamma 1}\n"
+                                        "camera{orthographic location <0,0,-9> look_at 0 right 8*x up 6*y}\n"
+                                        "light_source{<5,9,-9> rgb 1}\n"
+                                        "plane{z,0.1 clipped_by{box{<-2,-1,-1>,<2,1,1>}} pigment{rgb .5}}\n",
+                                        24);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.entities.size(), 1u);
+    Bounds box;
+    const Result<ImportedMesh> mesh = read_mesh(imported->scene.entities[0].mesh);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    for (const Vec3f& p : mesh->mesh.positions) box.add(p);
+    EXPECT_LT((box.lower - Vec3f(-2, -1, -0.1f)).length(), 0.3f);
+    EXPECT_LT((box.upper - Vec3f(2, 1, -0.1f)).length(), 0.3f);
+    EXPECT_FALSE(imported->scene.finds_camera);
+    const Camera& camera = imported->scene.camera;
+    EXPECT_NEAR(camera.position.z * std::tan(camera.vertical_fov / 2), 3, 0.01);
+    EXPECT_EQ(camera.height, 480);
+    EXPECT_TRUE(std::ranges::any_of(imported->warnings, [](const std::string& warning) {
+        return warning.find("orthographic") != std::string::npos;
+    }));
+}
+
 TEST(PovrayImport, ThinPartsOfUnionsAreWhole) {
     // The rod is thinner than half a cell of the union's first grid.
     const auto imported =

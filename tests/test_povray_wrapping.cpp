@@ -199,6 +199,25 @@ TEST(SceneSurvey, OtherProjectionsAreNotPerspective) {
     EXPECT_FALSE(survey.camera->is_perspective);
 }
 
+TEST(SceneSurvey, ADistantCameraStandsForAnOrthographicOne) {
+    const std::string start =
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\n"
+        "#declare C=camera{location <9,2,3> look_at 0}\n"
+        "camera{orthographic location <3,2,-10> look_at <3,2,0> right 4*x up 3*y}\n";
+    const SceneSurvey survey = surveyed(start + "sphere{<3,2,5>,1}\n");
+    ASSERT_TRUE(survey.camera);
+    const SurveyedCamera& camera = *survey.camera;
+    EXPECT_TRUE(camera.is_perspective);
+    EXPECT_LT((camera.start() - Vec3d(3, 2, -10)).length(), 1e-2);
+    // At the sphere's distance, the picture shows as much as through parallel rays.
+    const double share = (Vec3d(3, 2, 5) - camera.position).length() / camera.direction.length();
+    EXPECT_LT((camera.right * share - Vec3d(4, 0, 0)).length(), 1e-3);
+    EXPECT_LT((camera.up * share - Vec3d(0, 3, 0)).length(), 1e-3);
+    EXPECT_GT(camera.direction.length(), 900 * camera.right.length());
+    // A room leaves no place for such a camera.
+    EXPECT_FALSE(surveyed(start + "box{-20,20}\n").camera->is_perspective);
+}
+
 TEST(SceneSurvey, EvaluatesLights) {
     const SceneSurvey survey = surveyed(
         "#version 3.7;\n#declare H=7;\n#declare L=light_source{<0,H,0> rgb 2*<1,.5,.25> spotlight point_at x "

@@ -222,6 +222,7 @@ private:
                 if (!found || (!sheets && found->inside_after != after)) found = &*end;
             }
             mesh_.double_edges += count > 1;
+            mesh_.lost_edges += !sheets && count % 2 == 1 && before == after;
             if (sheets ? !found : before == after) continue;
             EdgeCrossing crossing;
             crossing.point = {double(p[0]), double(p[1]), double(p[2])};

@@ -43,6 +43,7 @@ struct ContouredMesh {
     std::size_t sheet_triangles = 0;  ///< The last ones, which have no inside.
     std::size_t double_edges = 0;     ///< Grid edges with several crossings: something may have been missed.
     std::size_t missed_edges = 0;     ///< Grid edges whose ends differ, but without a crossing.
+    std::size_t lost_edges = 0;       ///< Grid edges whose ends agree, but with an odd number of crossings.
 };
 
 /// Returns the surface: one vertex for each piece of it in each cell, at the point that best satisfies the

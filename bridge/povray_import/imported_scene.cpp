@@ -263,7 +263,7 @@ private:
 
     /// Returns where the scene is viewed from.
     Vec3d eye() const {
-        if (survey_.camera) return survey_.camera->position;
+        if (survey_.camera) return survey_.camera->start();
         Vec3d sum(0, 0, 0);
         double count = 0;
         for (const SurveyedObject& object : survey_.objects)
@@ -654,7 +654,7 @@ private:
     /// Tests whether the camera is in the interior of a closed surface: POV-Ray shows walls from both sides.
     bool has_camera_inside(const ObjectSurface& surface) const {
         if (!survey_.camera) return false;
-        const Vec3d from = world_.point(survey_.camera->position);
+        const Vec3d from = world_.point(survey_.camera->start());
         return surface_crossings(surface, from, {0.57, 0.31, 0.76}).size() % 2 == 1;
     }
 
@@ -774,6 +774,11 @@ Camera imported_camera(const SurveyedCamera& surveyed, const AffineMap& world, c
                        std::vector<std::string>& warnings) {
     assert(surveyed.is_perspective);
     Camera camera;
+    if (surveyed.plane)
+        warnings.emplace_back(
+            fmt::format("the camera is orthographic; a perspective camera at {:.0f} times the width of its "
+                        "picture replaces it",
+                        surveyed.direction.length() / surveyed.right.length()));
     const Vec3d position = world.point(surveyed.position),
                 ahead = world.direction(surveyed.direction).normalized();
     const double distance =

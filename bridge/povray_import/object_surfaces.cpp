@@ -141,8 +141,8 @@ void move_to_grid(const GridFrame& frame, CrossedGrid& grid) {
     }
 }
 
-/// The number of grid edges that leave a solid without a crossing, relative to that of crossings, above which
-/// its surface counts as open: `clipped_by` removes parts of surfaces without closing the holes.
+/// The number of grid edges whose ends contradict their crossings, relative to that of crossings, above which
+/// a surface counts as open: `clipped_by` removes parts of surfaces without closing the holes.
 constexpr double open_share = 0.1;
 
 std::size_t crossing_count(const CrossedGrid& grid) {
@@ -303,6 +303,7 @@ ObjectSurface contoured_surface(const GridFrame& frame, const CrossedGrid& grid,
     surface.sheet_triangles = mesh.sheet_triangles;
     surface.double_edges = mesh.double_edges;
     surface.missed_edges = mesh.missed_edges;
+    surface.lost_edges = mesh.lost_edges;
     return surface;
 }
 
@@ -315,7 +316,8 @@ void take_for_sheets(CrossedGrid& grid) {
 
 ObjectSurface closed_or_open_surface(const GridFrame& frame, CrossedGrid grid, std::size_t object) {
     ObjectSurface surface = contoured_surface(frame, grid, object);
-    if (static_cast<double>(surface.missed_edges) <= open_share * static_cast<double>(crossing_count(grid)))
+    if (static_cast<double>(surface.missed_edges + surface.lost_edges) <=
+        open_share * static_cast<double>(crossing_count(grid)))
         return surface;
     take_for_sheets(grid);
     return contoured_surface(frame, grid, object);

@@ -27,8 +27,8 @@ struct ObjectSurface {
     float transmittance = 0;   ///< Mean fraction of light that passes the object; set by add_pigments.
     Rgb absorption{0.0f};      ///< Coefficient inside, per unit of the scene; set by add_pigments.
     Rgb filter{0.0f};          ///< Median fraction of light that passes each surface; set by add_pigments.
-    std::size_t sheet_triangles = 0;  ///< As in ContouredMesh, with the two counts of doubtful edges.
-    std::size_t double_edges = 0, missed_edges = 0;
+    std::size_t sheet_triangles = 0;  ///< As in ContouredMesh, with the counts of doubtful edges.
+    std::size_t double_edges = 0, missed_edges = 0, lost_edges = 0;
 };
 
 /// Returns the places at which a ray crosses a surface, in multiples of its direction, unsorted.

@@ -6,7 +6,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
+#include "fields/mesh/mesh.h"
 #include "fields/model/povray_light.h"
 
 namespace haarfield {
@@ -69,7 +71,9 @@ public:
     CameraFinder(const SceneQueries& queries, const Progress& progress)
         : queries_(queries), progress_(progress) {}
 
-    Result<std::optional<SurveyedCamera>> found(const std::vector<Vec3d>& candidates) {
+    /// candidates  likely positions.
+    Result<std::optional<SurveyedCamera>> found(const std::vector<Vec3d>& candidates,
+                                                const std::vector<SurveyedObject>& objects) {
         for (const Vec3d& candidate : candidates) {
             HF_TRY(const std::optional<SurveyedCamera> camera, camera_at(candidate));
             if (camera && camera->is_perspective) return camera;
@@ -78,6 +82,8 @@ public:
         HF_TRY(const std::vector<Vec3d> directions, positions(Vec3d(0, 0, 0), 0));
         if (std::ranges::none_of(directions, [](const Vec3d& d) { return d.length() > 0.5; }))
             return std::optional<SurveyedCamera>();
+        HF_TRY(const std::optional<SurveyedCamera> distant, orthographic(candidates, directions, objects));
+        if (distant) return distant;
         Vec3d place(0, 0, 0);
         for (const double radius : {1e6, 1e3, 1.0}) {
             HF_TRY(const std::vector<Vec3d> points, positions(place, radius));
@@ -163,6 +169,90 @@ private:
             worst = std::max(worst, (ray(i).normalized() - directions[i]).length());
         camera.is_perspective = worst < 1e-3;
         return std::optional(camera);
+    }
+
+    /// Returns a distant camera that stands for an orthographic one. Nothing if the rays are not parallel, or
+    /// if the camera is in an object that leaves too little distance.
+    ///
+    /// candidates  likely positions of the start of the middle ray.
+    Result<std::optional<SurveyedCamera>> orthographic(const std::vector<Vec3d>& candidates,
+                                                       const std::vector<Vec3d>& directions,
+                                                       const std::vector<SurveyedObject>& objects) {
+        constexpr double parallel = 1e-3, usual_distance = 1000, least_distance = 30;
+        Vec3d along(0, 0, 0);
+        for (const Vec3d& d : directions) along += d.normalized();
+        along.normalize();
+        for (const Vec3d& d : directions)
+            if ((d.normalized() - along).length() > parallel) return std::optional<SurveyedCamera>();
+        // Smaller spheres give more accurate rays, until some rays miss them.
+        std::optional<SurveyedCamera> fit;
+        for (double radius = 1e6; radius > 1e-3; radius /= 30) {
+            const Vec3d centre = fit ? *fit->plane : Vec3d(0, 0, 0);
+            HF_TRY(const std::vector<Vec3d> points, positions(centre, radius));
+            if (std::ranges::any_of(points, [&](const Vec3d& point) {
+                    return std::abs((point - centre).length() / radius - 1) > parallel;
+                }))
+                break;
+            // x and y of pixels are symmetric about 0, so that each of the three vectors is a mean.
+            Vec3d middle(0, 0, 0), right(0, 0, 0), up(0, 0, 0);
+            double squared_x = 0, squared_y = 0;
+            for (std::size_t i = 0; i < points.size(); ++i) {
+                const std::array<double, 3> weights = pixel_weights(i);
+                const Vec3d across = points[i] - centre - along * (points[i] - centre).dot(along);
+                middle += across / double(points.size());
+                right += across * weights[1];
+                up += across * weights[2];
+                squared_x += weights[1] * weights[1];
+                squared_y += weights[2] * weights[2];
+            }
+            fit = SurveyedCamera{{}, along, right / squared_x, up / squared_y, true, centre + middle};
+        }
+        if (!fit) return fit;
+        const double width = std::max(fit->right.length(), fit->up.length());
+        if (!(width > 0)) return std::optional<SurveyedCamera>();
+        const auto to_ray = [&](const Vec3d& from) {
+            const Vec3d way = *fit->plane - from;
+            return way - along * way.dot(along);
+        };
+        const auto nearest = std::ranges::min_element(
+            candidates, {}, [&](const Vec3d& candidate) { return to_ray(candidate).length(); });
+        if (nearest != candidates.end() && to_ray(*nearest).length() < 0.1 * width) {
+            fit->plane = *nearest + to_ray(*nearest);
+        } else {
+            // The smallest sphere that contains the start. Rays from outside meet its nearer side.
+            double outside = 0.6 * std::hypot(fit->right.length(), fit->up.length()), inside = 1e6;
+            for (double radius = outside; inside > 1.2 * outside; radius = std::sqrt(inside * outside)) {
+                HF_TRY(const std::vector<Vec3d> points, positions(*fit->plane, radius));
+                const bool is_inside = (points[points.size() / 2] - *fit->plane).dot(along) > 0;
+                (is_inside ? inside : outside) = radius;
+            }
+            fit->plane = *fit->plane - along * outside;
+        }
+        const Vec3d start = *fit->plane;
+        // The middle of the objects is seen as large as through parallel rays.
+        Bounds box;
+        double room = std::numeric_limits<double>::infinity();
+        for (const SurveyedObject& object : objects) {
+            if (object.is_infinite() || object.is_empty()) continue;
+            box.add(Vec3f(object.lower));
+            box.add(Vec3f(object.upper));
+            double behind = room;
+            bool is_inside = true;
+            for (int c = 0; c < 3; ++c) {
+                is_inside = is_inside && object.lower[c] < start[c] && start[c] < object.upper[c];
+                const double wall = along[c] > 0 ? object.lower[c] : object.upper[c];
+                if (along[c] != 0) behind = std::min(behind, (start[c] - wall) / along[c]);
+            }
+            if (is_inside) room = std::min(room, behind);
+        }
+        const double focus = box.lower.x <= box.upper.x
+                                 ? std::max(0.0, (Vec3d(box.centre()) - start).dot(along))
+                                 : width,
+                     distance = std::min({usual_distance * width, focus + 0.9 * room, 5e5});
+        if (distance < least_distance * width) return std::optional<SurveyedCamera>();
+        fit->position = start + along * (focus - distance);
+        fit->direction = along * distance;
+        return fit;
     }
 
     static std::array<double, 3> pixel_weights(std::size_t pixel) {
@@ -251,7 +341,7 @@ Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& pr
     }
     // Without a camera, POV-Ray has one at the origin.
     if (queries.scene().has_camera) {
-        HF_TRY(survey.camera, CameraFinder(queries, progress).found(places));
+        HF_TRY(survey.camera, CameraFinder(queries, progress).found(places, survey.objects));
     }
     return survey;
 }

@@ -28,6 +28,11 @@ struct SurveyedCamera {
     Vec3d position{0, 0, 0};
     Vec3d direction{0, 0, 1}, right{1, 0, 0}, up{0, 1, 0};  ///< All scaled by one unknown factor.
     bool is_perspective = true;  ///< False: another projection, of which this is an approximation.
+    /// Where the rays of an orthographic camera start, in the middle. A perspective camera far behind stands
+    /// for it; none: the camera is not orthographic.
+    std::optional<Vec3d> plane{};
+
+    Vec3d start() const { return plane.value_or(position); }  ///< Where the middle ray starts.
 
     /// True if pictures show x to the right, y up and z to the back, as POV-Ray usually does.
     bool is_left_handed() const { return right.cross(up).dot(direction) > 0; }

@@ -119,7 +119,8 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
                      FileResult& result) {
     const Scene& scene = imported.scene;
     if (scene.finds_camera) return Error{"", "no perspective camera"};
-    HF_TRY(const SceneQueries queries, SceneQueries::create(file, options));
+    HF_TRY(SceneQueries queries, SceneQueries::create(file, options));
+    HF_TRY_DONE(queries.measure_gamma({}));
     // Transparent objects remain POV-Ray's, and look as they do in the file.
     std::vector<std::size_t> hidden = imported.distant_objects;
     hidden.insert(hidden.end(), imported.live_objects.begin(), imported.live_objects.end());
@@ -132,16 +133,22 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
         HF_TRY(ImportedMesh mesh, read_mesh(entity.mesh, with_colours));
         meshes.push_back(std::move(mesh));
     }
-    // Pigments are vertex colours, or an image.
-    std::vector<Surface> plain(1), imaged(1);
-    std::vector<std::vector<Rgb>> colours;
-    for (const auto& [name, material] : scene.materials)
-        if (!material.image.empty() && !imaged[0].texture) {
+    // Pigments are vertex colours, or images.
+    std::map<std::filesystem::path, std::shared_ptr<const Texture>> images;
+    std::vector<std::vector<Surface>> surfaces;
+    for (const Entity& entity : scene.entities) {
+        std::vector<Surface>& surface = surfaces.emplace_back(1);
+        const std::filesystem::path& image = scene.materials.at(entity.material).image;
+        if (image.empty()) continue;
+        if (!images.contains(image)) {
             TextureSource source;
-            source.image.file = material.image;
+            source.image.file = image;
             HF_TRY(Texture texture, read_texture(source));
-            imaged[0].texture = std::make_shared<const Texture>(std::move(texture));
+            images[image] = std::make_shared<const Texture>(std::move(texture));
         }
+        surface[0].texture = images[image];
+    }
+    std::vector<std::vector<Rgb>> colours;
     for (std::size_t e = 0; e < meshes.size(); ++e) {
         const Mesh& mesh = meshes[e].mesh;
         colours.push_back(mesh.uvs.empty() ? mesh.colours
@@ -155,13 +162,12 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::size_t entity = scene.instances[i].entity;
         const Mesh& mesh = meshes[entity].mesh;
-        instances.push_back(
-            {fmt::format("i{}", i),
-             &mesh,
-             scene.instances[i].placement,
-             colours[entity],
-             {},
-             mesh.uvs.empty() ? std::span<const Surface>(plain) : std::span<const Surface>(imaged)});
+        instances.push_back({fmt::format("i{}", i),
+                             &mesh,
+                             scene.instances[i].placement,
+                             colours[entity],
+                             {},
+                             surfaces[entity]});
     }
     Camera camera = scene.camera;
     camera.width = finer * width;
