@@ -67,8 +67,8 @@ public:
     /// Measures another shading of the same scene at the same points. Both share the references of direct
     /// light, so that they must not be used at the same time.
     BakeErrorMeter(const PointShading& shading, const BakeErrorMeter& other);
-    BakeErrorMeter(BakeErrorMeter&&) noexcept;
-    BakeErrorMeter& operator=(BakeErrorMeter&&) noexcept;
+    BakeErrorMeter(BakeErrorMeter&&) noexcept;             ///< The other one may only be destroyed.
+    BakeErrorMeter& operator=(BakeErrorMeter&&) noexcept;  ///< Likewise.
     ~BakeErrorMeter();
 
     /// The values that a bake displays at a point.
