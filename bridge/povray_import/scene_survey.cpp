@@ -178,16 +178,32 @@ private:
     Result<std::optional<SurveyedCamera>> orthographic(const std::vector<Vec3d>& candidates,
                                                        const std::vector<Vec3d>& directions,
                                                        const std::vector<SurveyedObject>& objects) {
-        constexpr double parallel = 1e-3, usual_distance = 1000, least_distance = 30;
         Vec3d along(0, 0, 0);
         for (const Vec3d& d : directions) along += d.normalized();
         along.normalize();
         for (const Vec3d& d : directions)
             if ((d.normalized() - along).length() > parallel) return std::optional<SurveyedCamera>();
+        HF_TRY(const ParallelRays rays, parallel_rays(along));
+        if (!(rays.width() > 0)) return std::optional<SurveyedCamera>();
+        HF_TRY(const Vec3d start, start_of(rays, candidates));
+        return distant(rays, start, objects);
+    }
+
+    /// The rays of an orthographic camera.
+    struct ParallelRays {
+        Vec3d along{0, 0, 0};               ///< A unit vector.
+        Vec3d right{0, 0, 0}, up{0, 0, 0};  ///< The sides of the picture.
+        Vec3d middle{0, 0, 0};              ///< Any place on the middle ray.
+
+        double width() const { return std::max(right.length(), up.length()); }
+    };
+
+    /// Fits parallel rays. The picture has no size if rays miss even the largest sphere.
+    Result<ParallelRays> parallel_rays(const Vec3d& along) {
         // Smaller spheres give more accurate rays, until some rays miss them.
-        std::optional<SurveyedCamera> fit;
+        ParallelRays fit;
         for (double radius = 1e6; radius > 1e-3; radius /= 30) {
-            const Vec3d centre = fit ? *fit->plane : Vec3d(0, 0, 0);
+            const Vec3d centre = fit.middle;
             HF_TRY(const std::vector<Vec3d> points, positions(centre, radius));
             if (std::ranges::any_of(points, [&](const Vec3d& point) {
                     return std::abs((point - centre).length() / radius - 1) > parallel;
@@ -205,33 +221,40 @@ private:
                 squared_x += weights[1] * weights[1];
                 squared_y += weights[2] * weights[2];
             }
-            fit = SurveyedCamera{{}, along, right / squared_x, up / squared_y, true, centre + middle};
+            fit = {along, right / squared_x, up / squared_y, centre + middle};
         }
-        if (!fit) return fit;
-        const double width = std::max(fit->right.length(), fit->up.length());
-        if (!(width > 0)) return std::optional<SurveyedCamera>();
+        return fit;
+    }
+
+    /// Returns where the middle ray starts: a candidate, or a place that is off by a fifth of its distance.
+    Result<Vec3d> start_of(const ParallelRays& rays, const std::vector<Vec3d>& candidates) {
         const auto to_ray = [&](const Vec3d& from) {
-            const Vec3d way = *fit->plane - from;
-            return way - along * way.dot(along);
+            const Vec3d way = rays.middle - from;
+            return way - rays.along * way.dot(rays.along);
         };
         const auto nearest = std::ranges::min_element(
             candidates, {}, [&](const Vec3d& candidate) { return to_ray(candidate).length(); });
-        if (nearest != candidates.end() && to_ray(*nearest).length() < 0.1 * width) {
-            fit->plane = *nearest + to_ray(*nearest);
-        } else {
-            // The smallest sphere that contains the start. Rays from outside meet its nearer side.
-            double outside = 0.6 * std::hypot(fit->right.length(), fit->up.length()), inside = 1e6;
-            for (double radius = outside; inside > 1.2 * outside; radius = std::sqrt(inside * outside)) {
-                HF_TRY(const std::vector<Vec3d> points, positions(*fit->plane, radius));
-                const bool is_inside = (points[points.size() / 2] - *fit->plane).dot(along) > 0;
-                (is_inside ? inside : outside) = radius;
-            }
-            fit->plane = *fit->plane - along * outside;
+        if (nearest != candidates.end() && to_ray(*nearest).length() < 0.1 * rays.width())
+            return *nearest + to_ray(*nearest);
+        // The smallest sphere that contains the start. Rays from outside meet its nearer side.
+        double outside = 0.6 * std::hypot(rays.right.length(), rays.up.length()), inside = 1e6;
+        for (double radius = outside; inside > 1.2 * outside; radius = std::sqrt(inside * outside)) {
+            HF_TRY(const std::vector<Vec3d> points, positions(rays.middle, radius));
+            const bool is_inside = (points[points.size() / 2] - rays.middle).dot(rays.along) > 0;
+            (is_inside ? inside : outside) = radius;
         }
-        const Vec3d start = *fit->plane;
-        // The middle of the objects is seen as large as through parallel rays.
+        return rays.middle - rays.along * outside;
+    }
+
+    /// Returns the distant camera. The middle of the objects is seen as large as through parallel rays.
+    /// Nothing if an object around the start leaves too little distance.
+    static std::optional<SurveyedCamera> distant(const ParallelRays& rays, const Vec3d& start,
+                                                 const std::vector<SurveyedObject>& objects) {
+        constexpr double usual_distance = 1000, least_distance = 30;  // Widths of the picture.
+        const Vec3d& along = rays.along;
+        const double width = rays.width();
         Bounds box;
-        double room = std::numeric_limits<double>::infinity();
+        double room = std::numeric_limits<double>::infinity();  // Behind the start.
         for (const SurveyedObject& object : objects) {
             if (object.is_infinite() || object.is_empty()) continue;
             box.add(Vec3f(object.lower));
@@ -249,10 +272,9 @@ private:
                                  ? std::max(0.0, (Vec3d(box.centre()) - start).dot(along))
                                  : width,
                      distance = std::min({usual_distance * width, focus + 0.9 * room, 5e5});
-        if (distance < least_distance * width) return std::optional<SurveyedCamera>();
-        fit->position = start + along * (focus - distance);
-        fit->direction = along * distance;
-        return fit;
+        if (distance < least_distance * width) return std::nullopt;
+        return SurveyedCamera{
+            start + along * (focus - distance), along * distance, rays.right, rays.up, true, start};
     }
 
     static std::array<double, 3> pixel_weights(std::size_t pixel) {
@@ -284,7 +306,8 @@ private:
         return {m[0][3] / m[0][0], m[1][3] / m[1][1], m[2][3] / m[2][2]};
     }
 
-    static constexpr double margin = 1.05;  // Colours at the ends of their range would wrap around.
+    static constexpr double parallel = 1e-3;  // The largest relative deviation of parallel rays.
+    static constexpr double margin = 1.05;    // Colours at the ends of their range would wrap around.
     const SceneQueries& queries_;
     const Progress& progress_;
     std::optional<SurveyedCamera> other_;

@@ -149,7 +149,7 @@ struct StratifiedPoints {
 
 }  // namespace
 
-/// What does not depend on the shading.
+/// The points, and the references of their direct light, which all shadings of a scene share.
 struct BakeErrorMeter::Truth {
     Truth(const ShadedScene& scene, std::vector<DisplayedPoint> all)
         : population(std::move(all)), solids(scene) {}
