@@ -1,8 +1,16 @@
 #include "fields/file/child_process.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <chrono>
+#include <thread>
+
+#ifdef __linux__
+#include "fields/file/linux/process_status.h"
+#endif
 
 namespace haarfield {
 namespace {
@@ -23,6 +31,23 @@ TEST(ChildProcess, CountsProcessorTimeOfDescendantsAndNotTheirSleep) {
     EXPECT_LT(seconds_of("sleep 0.5"), 0.3);
     EXPECT_GT(seconds_of("i=0; while [ $i -lt 400000 ]; do i=$((i+1)); done"), 0.05);
 }
+
+#ifdef __linux__
+TEST(ProcessStatus, OfAProcessThatEndsIsNotAnError) {
+    for (int round = 0; round < 300; ++round) {
+        const pid_t process = fork();
+        if (process == 0) _exit(0);
+        std::atomic<bool> has_ended = false;
+        std::thread reader([&] {
+            while (!has_ended) (void)process_status(process);
+        });
+        waitpid(process, nullptr, 0);
+        has_ended = true;
+        reader.join();
+        EXPECT_TRUE(process_status(process).empty());
+    }
+}
+#endif
 
 TEST(ChildProcess, WithoutAChildThereIsNoProcessorTime) {
     EXPECT_FALSE(ChildProcess().processor_seconds());

@@ -1,8 +1,9 @@
 // haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes, scenes, plans and
 // messages.
 //
-// Each file must be read or rejected within 5 s of processor time (a whole model 30 s) and 1 GiB, without a
-// crash. A modified field must be rejected or unchanged, and a field with correct hashes must be safe to use.
+// Each file must be read or rejected within 5 s of processor time (a whole model 30 s, a POV-Ray scene 60 s
+// besides POV-Ray itself) and 1 GiB, without a crash. A modified field must be rejected or unchanged, and a
+// field with correct hashes must be safe to use.
 // A mesh of arbitrary numbers must bake to finite radiance. Whole models must bake likewise, or be rejected.
 // Files are read in a child process, so that a crash is counted, the file is saved, and the next file is
 // read. With --apart, files of third-party formats are read by a reader process, as in the program. Crashes
@@ -39,6 +40,7 @@
 #include "tests/fuzz/import_subject.h"
 #include "tests/fuzz/json_subjects.h"
 #include "tests/fuzz/odd_mesh.h"
+#include "tests/fuzz/povray_subject.h"
 #include "tests/fuzz/structured_changes.h"
 
 #include <fmt/format.h>
@@ -64,8 +66,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr unsigned clock_seconds_per_file = 120;  // for files that block forever
-constexpr std::size_t files_per_process = 1000;   // so that memory leaks of libraries do not accumulate
+constexpr std::size_t files_per_process = 1000;  // so that memory leaks of libraries do not accumulate
 
 /// Returns a defect of a mesh's materials, images or colours; empty if there is none.
 std::string wrong_appearance(const ImportedMesh& read) {
@@ -252,6 +253,7 @@ std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "plan") return damaged_plans();
     if (name == "message") return damaged_messages();
     if (name == "import") return damaged_models();
+    if (name == "povray") return damaged_povray_scenes();
     if (name == "png" || !example_image_files(name).empty())
         return std::make_unique<DamagedImages>(std::string(name));
     return std::make_unique<DamagedMeshes>(std::string(name));
@@ -326,7 +328,7 @@ void limit_time(unsigned processor, unsigned clock) {
         std::filesystem::remove(file);  // overwriting waits for the disk on some systems
         write_text(file, current.input(random));
         Outcome outcome;
-        limit_time(current.seconds(), clock_seconds_per_file);
+        limit_time(current.seconds(), current.clock_seconds());
         const std::string objection = current.objection(file, outcome);
         limit_time(0, 0);
         if (outcome.accepted) board.accepted = board.accepted + 1;
@@ -364,13 +366,12 @@ int run(const Options& options) {
         if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && board.next == end) continue;
         ++failures;
         const std::string_view name = subject_name(board.next, options.only, options.apart);
-        const std::string what = board.objected ? "objection"
-                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF
-                                     ? "longer than its seconds"
-                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
-                                     ? fmt::format("waits for {} s", clock_seconds_per_file)
-                                 : WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
-                                                       : fmt::format("exit code {}", WEXITSTATUS(status));
+        const std::string what =
+            board.objected                                       ? "objection"
+            : WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF ? "longer than its seconds"
+            : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM ? "waits for its wall time"
+            : WIFSIGNALED(status)                                ? fmt::format("signal {}", WTERMSIG(status))
+                                  : fmt::format("exit code {}", WEXITSTATUS(status));
         fmt::print("file {} ({}): {}\n", std::uint64_t(board.next), name, what);
         if (!options.keep.empty())
             for (const auto& file : std::filesystem::directory_iterator(folder.path()))
@@ -420,7 +421,7 @@ int main(int argument_count, char** arguments) {
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
     program.add_option("--only", options.only,
                        "One kind: field, forged, scene, obj, ply, stl, off, gltf, glb, inc, shape, plan, "
-                       "message, import, "
+                       "message, import, povray, "
                        "png, jpeg, tiff, exr, hdr, webp, bmp, targa");
     program.add_flag("--apart", options.apart, "Formats of libraries are read by a reader process");
     program.add_flag("--each", options.each, "So many of each kind, with a row of a table for each");

@@ -1,20 +1,17 @@
 #include "tests/fuzz/import_subject.h"
 
-#include <sys/inotify.h>
-#include <unistd.h>
-
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
-#include <set>
 #include <sstream>
 
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/image_seeds.h"
 #include "tests/fuzz/structured_changes.h"
+#include "tests/fuzz/watched_folder.h"
 #include "tools/command.h"
 
 namespace haarfield {
@@ -135,25 +132,6 @@ void damage_model(Model& model, FuzzRandom& random) {
     } while (random_index(random, 3) == 0);
 }
 
-/// Detects whether files in a folder are opened.
-class Watch {
-public:
-    explicit Watch(const path& folder) : queue_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
-        if (queue_ < 0 || inotify_add_watch(queue_, folder.c_str(), IN_OPEN | IN_CREATE) < 0) abort();
-    }
-    ~Watch() { close(queue_); }
-    Watch(const Watch&) = delete;
-    Watch& operator=(const Watch&) = delete;
-
-    bool has_seen_any() const {
-        std::array<char, 4096> events;
-        return read(queue_, events.data(), events.size()) > 0;
-    }
-
-private:
-    int queue_;
-};
-
 Result<ExitCode> run(Command (*make)(CLI::App&), std::vector<std::string> arguments) {
     CLI::App program;
     const Command command = make(program);
@@ -164,13 +142,6 @@ Result<ExitCode> run(Command (*make)(CLI::App&), std::vector<std::string> argume
     context.quiet = true;
     context.message = [](const std::string&) {};
     return command.run(context);
-}
-
-std::set<std::string> names_in(const path& folder) {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        names.insert(entry.path().filename().string());
-    return names;
 }
 
 /// Returns a defect of a rejection; empty if there is none.
@@ -224,7 +195,7 @@ public:
             write_text(outside / name, bytes);
         }
         const std::set<std::string> given = names_in(models);
-        const Watch watch(outside);
+        const WatchedFolder watch(outside);
         std::string wrong = imported_and_baked(models / first, output, outcome);
         if (watch.has_seen_any()) wrong += "a file outside of the model's folder was opened";
         for (const auto& entry : std::filesystem::directory_iterator(folder))

@@ -31,7 +31,8 @@ public:
     virtual ~Subject() = default;
     virtual std::string file_name() const = 0;
     virtual std::string input(FuzzRandom& random) = 0;
-    virtual unsigned seconds() const { return 5; }  ///< Processor time per file.
+    virtual unsigned seconds() const { return 5; }          ///< Processor time per file.
+    virtual unsigned clock_seconds() const { return 120; }  ///< Wall time per file.
 
     /// Reads the file and sets the outcome. Returns the violated requirement, or an empty string.
     virtual std::string objection(const std::filesystem::path& file, Outcome& outcome) = 0;
