@@ -742,6 +742,20 @@ TEST(PovrayImport, ReflectionsStayReflections) {
     EXPECT_FALSE(imported->scene.materials.at("torus").reflection.is_there());
 }
 
+TEST(PovrayImport, TheSkyIlluminatesAFileWhoseLightsAreBlack) {
+    const std::filesystem::path file = written_scene(
+        "povray_black_light",
+        "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location -4*z look_at 0}\n"
+        "light_source{<5,8,-6> rgb 0}\nbackground{rgb <.2,.3,.5>}\nsphere{0,1 pigment{rgb 1}}\n");
+    PovrayImport options;
+    options.detail = 16;
+    const auto imported = imported_povray_scene(file, file.parent_path() / "out", "scene", options);
+    ASSERT_TRUE(imported) << imported.error().message();
+    EXPECT_TRUE(imported->scene.lamps.empty());
+    // Without any light, the scene's file could not be read.
+    EXPECT_TRUE(imported->scene.environment.lights);
+}
+
 TEST(PovrayImport, ImportsADeclaredObjectOfAnInclude) {
     const std::filesystem::path file = written_scene(
         "povray_object",

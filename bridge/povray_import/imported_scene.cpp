@@ -168,7 +168,9 @@ private:
             std::ranges::find(queries_.scene().unused, "radiosity", &UnusedStatement::keyword) !=
             queries_.scene().unused.end();
         return !has_radiosity && options_.with_environment && options_.queries.wrap.object.empty() &&
-               !survey_.lights.empty();
+               std::ranges::any_of(survey_.lights, [](const ModelLight& light) {
+                   return std::max({light.colour.x, light.colour.y, light.colour.z}) > 0;
+               });
     }
 
     const SceneStatement& statement(std::size_t index) const { return queries_.scene().statements[index]; }

@@ -30,6 +30,8 @@ constexpr double path_noise_share = 0.3;
 constexpr double interval = 0.9;
 /// Samples of all sets of direct light, and limits of the number of sets.
 constexpr std::uint32_t direct_set_samples = 1u << 18, fewest_sets = 16, most_sets = 128;
+/// The most samples of a reference of direct light.
+constexpr std::uint32_t most_direct_samples = 1u << 16;
 
 /// Returns a whole number below `count`, the same on every platform.
 std::size_t number_below(std::mt19937& random, std::size_t count) {
@@ -161,7 +163,7 @@ struct BakeErrorMeter::Truth {
     const PlacedSolids solids;
     std::optional<RayScene> rays;  ///< Once it is needed.
     std::optional<DirectRays> direct_rays;
-    std::uint32_t direct_samples = 0;           ///< Of direct_rays.
+    std::uint32_t direct_samples = 0;           ///< Of direct_rays; never fewer than before.
     std::vector<DirectPair> of_shading_points;  ///< Of the first points of shading_error, by direct_rays.
 };
 
@@ -228,19 +230,45 @@ struct BakeErrorMeter::State {
         return Done{};
     }
 
+    /// Sets the number of samples of references, if it is larger than before.
+    void set_direct_samples(std::uint32_t samples) {
+        if (!truth->rays) truth->rays.emplace(shading.scene);
+        if (truth->direct_samples >= samples) return;
+        truth->direct_rays.emplace(*truth->rays, samples,
+                                   std::clamp(direct_set_samples / samples, fewest_sets, most_sets));
+        truth->direct_samples = samples;
+        truth->of_shading_points.clear();
+    }
+
+    /// Compares the direct light of points with two references of each, which have as many samples as their
+    /// noise requires.
+    ///
+    /// known  as for `references`.
+    Result<Pairs> direct_errors(std::span<const ShadedPoint> points, double accuracy,
+                                std::vector<Truth::DirectPair>& known, const Progress& progress) {
+        const std::vector<double> weights(points.size(), 1 / double(std::max<std::size_t>(1, points.size())));
+        const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
+        for (;;) {
+            HF_TRY_DONE(add_direct(points, accuracy, known, progress));
+            Pairs errors(points.size());
+            for (std::size_t k = 0; k < points.size(); ++k)
+                for (std::size_t r = 0; r < 2; ++r)
+                    errors[k][r] = points[k].displayed.displayed(points[k].direct) -
+                                   points[k].displayed.displayed(known[k][r]);
+            const std::uint32_t samples = truth->direct_samples;
+            if (samples >= most_direct_samples || product_deviation(errors, weights) <= 2 * wanted)
+                return errors;
+            known.clear();
+            set_direct_samples(std::min(4 * samples, most_direct_samples));
+        }
+    }
+
     /// Adds the references of direct light of the points that have none.
     Result<Done> add_direct(std::span<const ShadedPoint> points, double accuracy,
                             std::vector<Truth::DirectPair>& known, const Progress& progress) {
         // The noise of a mean square falls with the number of samples.
         const double effort = std::clamp(1e-4 / (accuracy * accuracy), 0.25, 16.0);
-        const auto samples = std::uint32_t(1024 * effort);
-        if (!truth->rays) truth->rays.emplace(shading.scene);
-        if (!truth->direct_rays || truth->direct_samples != samples) {
-            truth->direct_rays.emplace(*truth->rays, samples,
-                                       std::clamp(direct_set_samples / samples, fewest_sets, most_sets));
-            truth->direct_samples = samples;
-            truth->of_shading_points.clear();
-        }
+        set_direct_samples(std::uint32_t(1024 * effort));
         const std::size_t first = known.size();
         if (first >= points.size()) return Done{};
         std::vector<Truth::DirectPair> added(points.size() - first);
@@ -273,13 +301,8 @@ struct BakeErrorMeter::State {
                                               std::vector<Truth::DirectPair>& known,
                                               std::span<const double> traced_weights,
                                               const Progress& progress) {
-        HF_TRY_DONE(add_direct(points, accuracy, known, progress));
+        HF_TRY(const Pairs direct, direct_errors(points, accuracy, known, progress));
         std::vector<Reference> result(points.size());
-        Pairs direct(points.size());
-        for (std::size_t k = 0; k < points.size(); ++k)
-            for (std::size_t r = 0; r < 2; ++r)
-                direct[k][r] = points[k].displayed.displayed(points[k].direct) -
-                               points[k].displayed.displayed(known[k][r]);
         for (std::size_t k = 0; k < points.size(); ++k) {
             Reference& reference = result[k];
             reference.point = points[k].displayed;

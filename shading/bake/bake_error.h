@@ -97,7 +97,8 @@ public:
     };
     /// Measures the error of the shading at points that are the same each time.
     ///
-    /// accuracy  to be reached: noise of the references is small compared with an error of this size.
+    /// accuracy  to be reached: noise of the references is small compared with an error of this size. Where
+    ///           little light arrives, as in a room with a window, they have up to 64 times as many samples.
     /// count     of points; indirect light is compared at the first 128 of them.
     /// cost      about 1 s of processor time for 512 points and an accuracy of 0.01.
     /// errors    interrupted.

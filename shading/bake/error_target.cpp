@@ -327,7 +327,8 @@ Result<std::optional<SceneAtFaceSize>> chosen_face_size(const PointShading& dire
     while (settings.face_size < target.most_face_size) {
         HF_TRY(const BakeErrorMeter::Shading measured,
                meter.shading_error(target.error, progress, face_size_points));
-        if (root(measured.direct.square) <= largest_direct_share * target.error) break;
+        // Few points, and the noise of their references, must not hide a large error.
+        if (root(interval_end(measured.direct, 19).square) <= largest_direct_share * target.error) break;
         settings.face_size *= 2;
         HF_TRY(ShadingGeometry geometry, shading_geometry(direct.scene, settings, progress));
         larger.emplace(
