@@ -161,6 +161,8 @@ public:
     }
 
 private:
+    static bool is_bright(const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}) > 0; }
+
     /// True if only the file's lights illuminate surfaces, as in POV-Ray without radiosity. Otherwise the sky
     /// and other surfaces do, too.
     bool is_lit_by_lights() const {
@@ -168,9 +170,7 @@ private:
             std::ranges::find(queries_.scene().unused, "radiosity", &UnusedStatement::keyword) !=
             queries_.scene().unused.end();
         return !has_radiosity && options_.with_environment && options_.queries.wrap.object.empty() &&
-               std::ranges::any_of(survey_.lights, [](const ModelLight& light) {
-                   return std::max({light.colour.x, light.colour.y, light.colour.z}) > 0;
-               });
+               std::ranges::any_of(survey_.lights, &is_bright, &ModelLight::colour);
     }
 
     const SceneStatement& statement(std::size_t index) const { return queries_.scene().statements[index]; }
@@ -697,15 +697,14 @@ private:
         for (const ModelLight& light : survey_.lights) {
             SceneLamp lamp = scene_lamp(light, world_, scale_);
             lamp.name = unique_name("light", taken);
-            bool is_dark = true, is_negative = false;
+            bool is_negative = false;
             for (int c = 0; c < 3; ++c) {
                 is_negative = is_negative || lamp.colour[c] < 0;
                 lamp.colour[c] = std::max(0.0f, lamp.colour[c]);
-                is_dark = is_dark && !(lamp.colour[c] > 0);
             }
             if (is_negative)
                 result_.warnings.emplace_back("a light with a negative colour is left out or darker");
-            if (!is_dark) result_.scene.lamps.push_back(std::move(lamp));
+            if (is_bright(lamp.colour)) result_.scene.lamps.push_back(std::move(lamp));
         }
         for (const std::size_t light : survey_.unread_lights)
             warn(light, "has properties that haarfield does not have; left out");

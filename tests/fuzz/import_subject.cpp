@@ -10,8 +10,8 @@
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/image_seeds.h"
+#include "tests/fuzz/import_room.h"
 #include "tests/fuzz/structured_changes.h"
-#include "tests/fuzz/watched_folder.h"
 #include "tools/command.h"
 
 namespace haarfield {
@@ -178,11 +178,7 @@ public:
         return bytes;
     }
     std::string objection(const path& file, Outcome& outcome) override {
-        const path folder = file.parent_path() / "room", models = folder / "models",
-                   outside = folder / "outside", output = folder / "out";
-        std::filesystem::remove_all(folder);
-        std::filesystem::create_directories(models);
-        std::filesystem::create_directories(outside);
+        const ImportRoom room(file.parent_path() / "room");
         std::istringstream bundle(text_of(file));
         std::string first, name;
         for (std::size_t size = 0; bundle >> name >> size;) {
@@ -190,20 +186,12 @@ public:
             bundle.get();
             bundle.read(bytes.data(), static_cast<std::streamsize>(size));
             if (first.empty()) first = name;
-            replace_all(bytes, here, models.string());
-            write_text(models / name, bytes);
-            write_text(outside / name, bytes);
+            replace_all(bytes, here, room.models().string());
+            write_text(room.models() / name, bytes);
+            write_text(room.outside() / name, bytes);
         }
-        const std::set<std::string> given = names_in(models);
-        const WatchedFolder watch(outside);
-        std::string wrong = imported_and_baked(models / first, output, outcome);
-        if (watch.has_seen_any()) wrong += "a file outside of the model's folder was opened";
-        for (const auto& entry : std::filesystem::directory_iterator(folder))
-            if (entry.path() != models && entry.path() != outside && entry.path() != output)
-                wrong += "a file outside of the output was written";
-        if (names_in(models) != given) wrong += "a file was written next to the model";
-        if (wrong.empty()) std::filesystem::remove_all(folder);
-        return wrong;
+        return room.objection(
+            [&] { return imported_and_baked(room.models() / first, room.output(), outcome); });
     }
 
 private:

@@ -10,8 +10,8 @@
 #include "scenes/scene_writer.h"
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
+#include "tests/fuzz/import_room.h"
 #include "tests/fuzz/structured_changes.h"
-#include "tests/fuzz/watched_folder.h"
 
 namespace haarfield {
 namespace {
@@ -224,29 +224,16 @@ public:
         return text;
     }
     std::string objection(const path& file, Outcome& outcome) override {
-        const path folder = file.parent_path() / "room", models = folder / "models",
-                   outside = folder / "outside", output = folder / "out";
-        std::filesystem::remove_all(folder);
-        for (const path& made : {models, outside, output}) std::filesystem::create_directories(made);
+        const ImportRoom room(file.parent_path() / "room");
         std::string text = text_of(file);
         for (std::size_t at = 0; (at = text.find(out_mark, at)) != std::string::npos;)
-            text.replace(at, out_mark.size(), outside.string());
-        for (const path& to : {models, outside}) {
+            text.replace(at, out_mark.size(), room.outside().string());
+        for (const path& to : {room.models(), room.outside()}) {
             write_text(to / "part.inc", std::string(part_inc));
             write_text(to / "wood.png", *png_bytes(random_texture(5, 4).texels, 5, 4, false));
         }
-        write_text(models / "scene.pov", text);
-        const std::set<std::string> given = names_in(models), beside = names_in(outside);
-        const WatchedFolder watch(outside);
-        std::string wrong = imported(models / "scene.pov", output, outcome);
-        if (watch.has_seen_any() || names_in(outside) != beside)
-            wrong += "a file outside of the scene's folder was opened";
-        for (const auto& entry : std::filesystem::directory_iterator(folder))
-            if (entry.path() != models && entry.path() != outside && entry.path() != output)
-                wrong += "a file outside of the output was written";
-        if (names_in(models) != given) wrong += "a file was written next to the scene";
-        if (wrong.empty()) std::filesystem::remove_all(folder);
-        return wrong;
+        write_text(room.models() / "scene.pov", text);
+        return room.objection([&] { return imported(room.models() / "scene.pov", room.output(), outcome); });
     }
 
 private:
