@@ -40,6 +40,9 @@ struct BakedInstance {
 BakedInstance baked_instance(const Instance& instance, const SceneEntity& entity, const Mesh& mesh,
                              std::span<const Outgoing> radiance, LayeredRadiance& layers);
 
+/// Returns the image on a triangle of the mesh, or null if there is none.
+const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle);
+
 /// Returns the radiance of a vertex, with the colour of its texture there.
 Rgb displayed_radiance(const BakedInstance& instance, std::size_t vertex);
 

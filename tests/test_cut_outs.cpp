@@ -4,6 +4,7 @@
 
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/example_textures.h"
+#include "tests/fixtures/mesh_measures.h"
 
 namespace haarfield {
 namespace {
@@ -40,17 +41,6 @@ OpacityMap disc(int size) {
             static_cast<std::uint8_t>(std::clamp(127.5 + 127.5 * (0.3 * size - from), 0.0, 255.0)));
     }
     return map;
-}
-
-Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
-    const Vec3d a(mesh.positions[t[0]]);
-    return (Vec3d(mesh.positions[t[1]]) - a).cross(Vec3d(mesh.positions[t[2]]) - a) / 2;
-}
-
-double area(const Mesh& mesh) {
-    double sum = 0;
-    for (const Triangle& t : mesh.triangles) sum += area_vector(mesh, t).length();
-    return sum;
 }
 
 /// Tests whether a point of the plane z = 0 is in a triangle of a mesh in this plane.
@@ -135,15 +125,16 @@ TEST(CutOuts, HaveTheAreaOfTheOpaqueTexels) {
     for (const int cells : {1, 3, 40}) {
         const Mesh cut = without_cut_outs(card(cells), std::vector{opacity_map(texture)}, 100000);
         // Up to a quarter of a texel may be missing at each of five corners.
-        EXPECT_NEAR(area(cut), 2, 0.05) << cells << " cells";
+        EXPECT_NEAR(surface_area(cut), 2, 0.05) << cells << " cells";
     }
     for (const int size : {20, 128, 500}) {
         const Mesh cut = without_cut_outs(card(3), std::vector{disc(size)}, 100000);
-        EXPECT_NEAR(area(cut) / (4 * pi * 0.09), 1, 2.0 / size) << size;
+        EXPECT_NEAR(surface_area(cut) / (4 * pi * 0.09), 1, 2.0 / size) << size;
         EXPECT_LT(cut.triangles.size(), 400u);
     }
     // More texels than are used.
-    EXPECT_NEAR(area(without_cut_outs(card(), std::vector{disc(1500)}, 100000)) / (4 * pi * 0.09), 1, 0.002);
+    EXPECT_NEAR(surface_area(without_cut_outs(card(), std::vector{disc(1500)}, 100000)) / (4 * pi * 0.09), 1,
+                0.002);
 }
 
 TEST(CutOuts, AreCoarserWithFewerTriangles) {
@@ -152,7 +143,7 @@ TEST(CutOuts, AreCoarserWithFewerTriangles) {
         const Mesh cut = without_cut_outs(card(), std::vector{disc(400)}, most);
         EXPECT_LE(cut.triangles.size(), most);
         EXPECT_LE(cut.triangles.size(), last);
-        EXPECT_NEAR(area(cut) / (4 * pi * 0.09), 1, 0.1);
+        EXPECT_NEAR(surface_area(cut) / (4 * pi * 0.09), 1, 0.1);
         last = cut.triangles.size();
     }
     EXPECT_LE(without_cut_outs(card(), std::vector{disc(400)}, 1).triangles.size(), 32u) << "16 for each";
@@ -165,7 +156,7 @@ TEST(CutOuts, OfAFineGridFollowItsMeanOpacity) {
             for (int x = 0; x < 8; ++x) grid.opacity[std::size_t(16 * (y + 4) + x + 4)] ^= 255;
         Mesh mesh = card();
         for (Vec2f& uv : mesh.uvs) uv *= 1e5f;
-        EXPECT_EQ(area(without_cut_outs(mesh, std::vector{grid}, 1000)), is_dense ? 4 : 0);
+        EXPECT_EQ(surface_area(without_cut_outs(mesh, std::vector{grid}, 1000)), is_dense ? 4 : 0);
     }
 }
 
@@ -190,9 +181,9 @@ TEST(CutOuts, LeaveOpaqueTrianglesUnchanged) {
 TEST(CutOuts, DegenerateMappingsKeepOrRemoveATriangle) {
     Mesh mesh = card();
     for (Vec2f& uv : mesh.uvs) uv = {0.5f, 0.5f};
-    EXPECT_EQ(area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 4);
+    EXPECT_EQ(surface_area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 4);
     for (Vec2f& uv : mesh.uvs) uv = {0.05f, 0.5f};
-    EXPECT_EQ(area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 0);
+    EXPECT_EQ(surface_area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 0);
 }
 
 TEST(CutOuts, AreDeterministic) {
@@ -223,10 +214,10 @@ TEST(CutOuts, ApplyToOccludersAndNotToTheFineMesh) {
     ASSERT_TRUE(cut.opaque);
     EXPECT_EQ(plain.original.triangles, cut.original.triangles);
     EXPECT_EQ(plain.fine.positions, cut.fine.positions);
-    EXPECT_NEAR(area(cut.original) - area(*cut.opaque), 4 - 4 * pi * 0.09, 0.01);
+    EXPECT_NEAR(surface_area(cut.original) - surface_area(*cut.opaque), 4 - 4 * pi * 0.09, 0.01);
     EXPECT_LE(cut.coarse.triangles.size(), 400u);
     EXPECT_GT(cut.coarse.triangles.size(), 200u);
-    EXPECT_NEAR(area(cut.coarse), area(*cut.opaque), 0.03 * area(*cut.opaque));
+    EXPECT_NEAR(surface_area(cut.coarse), surface_area(*cut.opaque), 0.03 * surface_area(*cut.opaque));
     EXPECT_NE(field_keys(plain, {}).surroundings, field_keys(cut, {}).surroundings);
     EXPECT_NE(field_keys(cut, {}), field_keys(prepared(mesh, {500, 400, {disc(255), {}}}), {}));
 

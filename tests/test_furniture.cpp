@@ -5,6 +5,7 @@
 #include "fields/model/mesh_reader.h"
 #include "fields/preparation/mesh_preparation.h"
 #include "scenes/furniture/modelling.h"
+#include "tests/fixtures/mesh_measures.h"
 
 #include <gtest/gtest.h>
 #include <fstream>
@@ -35,11 +36,6 @@ std::vector<Piece> furniture_and_room() {
     std::vector<Piece> pieces = furniture();
     pieces.push_back({"room", room_mesh(), 800, 1000, 6});
     return pieces;
-}
-
-Vec3d area_vector(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
-    const Vec3d p(mesh.positions[t[0]]);
-    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p) * 0.5;
 }
 
 std::filesystem::path mesh_folder() {

@@ -6,6 +6,7 @@
 
 #include "shading/transfer/relight_session.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/relative_error.h"
 
 namespace haarfield {
 namespace {
@@ -51,16 +52,6 @@ struct LampLitRoom : ExampleScene {
     RenderSettings settings;
 };
 
-double relative_difference(const SceneColours& found, const SceneColours& wanted) {
-    double error = 0, energy = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        for (std::size_t v = 0; v < wanted[i].size(); ++v) {
-            error += squared(found[i][v] - wanted[i][v]);
-            energy += squared(wanted[i][v]);
-        }
-    return std::sqrt(error / energy);
-}
-
 TEST(LampFrames, LampsAreDimmedColouredMovedAndSwitchedFromFrameToFrame) {
     const LampLitRoom room;
     RelightSession session(room.scene, room.settings);
@@ -69,13 +60,13 @@ TEST(LampFrames, LampsAreDimmedColouredMovedAndSwitchedFromFrameToFrame) {
     const auto frame_equals_a_bake = [&](const char* after) {
         session.set_lamps(lamps);
         ASSERT_TRUE(session.frame()) << after;
-        EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 1e-5) << after;
+        EXPECT_LT(relative_scene_rmse(session.radiance(), room.fresh_bake(session)), 1e-5) << after;
     };
     frame_equals_a_bake("nothing");
     const SceneColours before = session.radiance();
     lamps[0].colour = Rgb(0.1f, 0.5f, 2);
     frame_equals_a_bake("a colour");
-    EXPECT_GT(relative_difference(session.radiance(), before), 0.05);
+    EXPECT_GT(relative_scene_rmse(session.radiance(), before), 0.05);
     lamps[1].colour = Rgb(0.0f);
     frame_equals_a_bake("switching off");
     lamps[0].position = {-1.5f, 1.5f, 1};
@@ -96,19 +87,19 @@ TEST(LampFrames, FollowEachOtherVariableInput) {
     RelightSession session(room.scene, settings, {0.001f});
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
-    EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 0.01);
+    EXPECT_LT(relative_scene_rmse(session.radiance(), room.fresh_bake(session)), 0.01);
 
     ASSERT_TRUE(session.vary_instance(1));
     Placement placement = session.instances()[1].placement;
     placement.translate.z += 0.4f;
     session.place(1, placement);
     ASSERT_TRUE(session.frame());
-    EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 0.02);
+    EXPECT_LT(relative_scene_rmse(session.radiance(), room.fresh_bake(session)), 0.02);
 
     ASSERT_TRUE(session.vary_eye());
     session.set_eye({-1, 2, 3});
     ASSERT_TRUE(session.frame());
-    EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 0.02);
+    EXPECT_LT(relative_scene_rmse(session.radiance(), room.fresh_bake(session)), 0.02);
 
     // The light's shape then has another instance number, or none.
     session.remove(0);

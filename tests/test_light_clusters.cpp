@@ -6,6 +6,7 @@
 
 #include "shading/transfer/relight_session.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/relative_error.h"
 
 namespace haarfield {
 namespace {
@@ -44,22 +45,6 @@ std::vector<ShadingPoint> floor_receivers() {
             receivers.push_back(receiver);
         }
     return receivers;
-}
-
-double relative_rmse(std::span<const Rgb> found, std::span<const Rgb> wanted) {
-    double error = 0, energy = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        error += squared(found[i] - wanted[i]);
-        energy += squared(wanted[i]);
-    }
-    return std::sqrt(error / energy);
-}
-
-double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
-    std::vector<Rgb> all_found, all_wanted;
-    for (const auto& values : found) all_found.insert(all_found.end(), values.begin(), values.end());
-    for (const auto& values : wanted) all_wanted.insert(all_wanted.end(), values.begin(), values.end());
-    return relative_rmse(all_found, all_wanted);
 }
 
 TEST(LightClusters, DivideLightsIntoCones) {
@@ -174,7 +159,7 @@ protected:
         EXPECT_TRUE(session.frame(GetParam()));
         const SceneColours found = session.radiance();
         EXPECT_TRUE(session.commit());
-        return relative_rmse(found, session.radiance());
+        return relative_scene_rmse(found, session.radiance());
     }
     PostUnderSuns example;
 };

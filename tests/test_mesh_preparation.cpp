@@ -4,6 +4,7 @@
 #include "fields/mesh/mesh_topology.h"
 #include "fields/preparation/mesh_simplification.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/mesh_measures.h"
 
 #include <gtest/gtest.h>
 #include <algorithm>
@@ -90,23 +91,6 @@ Mesh floor_square(float side) {
     return mesh;
 }
 
-Vec3d area_vector(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
-    const Vec3d p(mesh.positions[t[0]]);
-    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p) * 0.5;
-}
-
-double area(const Mesh& mesh) {
-    double sum = 0;
-    for (const auto& t : mesh.triangles) sum += area_vector(mesh, t).length();
-    return sum;
-}
-
-double signed_volume(const Mesh& mesh) {
-    double sum = 0;
-    for (const auto& t : mesh.triangles) sum += area_vector(mesh, t).dot(Vec3d(mesh.positions[t[0]])) / 3;
-    return sum;
-}
-
 /// Returns the number of edges, by position, that only one triangle uses.
 int open_edges(const Mesh& mesh) {
     const MergedPositions merged = merged_positions(mesh.positions);
@@ -146,7 +130,7 @@ TEST(Subdivision, MakesAnEvenGridOfASquare) {
         }
     }
     EXPECT_LE(most, 2.0001 * least);
-    EXPECT_NEAR(area(fine), 36, 1e-4);
+    EXPECT_NEAR(surface_area(fine), 36, 1e-4);
 }
 
 TEST(Subdivision, FinishesTheLastRoundIfThatIsNear) {
@@ -163,7 +147,7 @@ TEST(Subdivision, ClosedStaysClosedAcrossSeams) {
     EXPECT_GE(fine.positions.size(), 5000u);
     EXPECT_EQ(open_edges(fine), 0);
     EXPECT_NEAR(signed_volume(fine), 6, 1e-4);
-    EXPECT_NEAR(area(fine), 22, 1e-4);
+    EXPECT_NEAR(surface_area(fine), 22, 1e-4);
     for (const Vec3f& n : fine.normals)  // seams stay sharp
         EXPECT_EQ(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1.0f);
 }
@@ -323,7 +307,7 @@ TEST(MeshPreparation, TakesNonManifoldMeshes) {
     EXPECT_EQ(ready.findings.open_components, 0u);
     EXPECT_LE(ready.coarse.triangles.size(), 200u);
     EXPECT_NEAR(signed_volume(ready.coarse), 2, 0.02);
-    EXPECT_NEAR(area(ready.coarse), 12, 0.1);
+    EXPECT_NEAR(surface_area(ready.coarse), 12, 0.1);
 }
 
 TEST(MeshPreparation, FindsAPieceThatIntersectsItself) {

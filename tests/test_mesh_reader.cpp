@@ -1,6 +1,7 @@
 #include "fields/model/mesh_reader.h"
 
 #include "fields/mesh/polygon_triangulation.h"
+#include "tests/fixtures/mesh_measures.h"
 #include "tests/fixtures/random_numbers.h"
 
 #include <gtest/gtest.h>
@@ -31,15 +32,6 @@ ImportedMesh read(const std::string& name, const std::string& text, const MeshRe
     Result<ImportedMesh> imported = read_mesh(file.path, options);
     EXPECT_TRUE(imported) << (imported ? "" : imported.error().message());
     return imported ? *std::move(imported) : ImportedMesh{};
-}
-
-double signed_volume(const Mesh& mesh) {
-    double volume = 0;
-    for (const auto& t : mesh.triangles)
-        volume +=
-            Vec3d(mesh.positions[t[0]]).dot(Vec3d(mesh.positions[t[1]]).cross(Vec3d(mesh.positions[t[2]]))) /
-            6;
-    return volume;
 }
 
 const char* const cube_corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";

@@ -7,6 +7,7 @@
 
 #include "shading/bake/bounced_radiance.h"
 #include "tests/fixtures/lit_box.h"
+#include "tests/fixtures/mesh_measures.h"
 #include "tests/fixtures/random_numbers.h"
 #include "tests/fixtures/with_threads.h"
 
@@ -29,15 +30,6 @@ std::map<std::pair<Place, Place>, std::vector<std::uint32_t>> triangles_by_edge(
             edges[std::minmax(a, b)].push_back(t);
         }
     return edges;
-}
-
-double area(const Mesh& mesh) {
-    double sum = 0;
-    for (const auto& [a, b, c] : mesh.triangles)
-        sum += 0.5 * (Vec3d(mesh.positions[b]) - Vec3d(mesh.positions[a]))
-                         .cross(Vec3d(mesh.positions[c]) - Vec3d(mesh.positions[a]))
-                         .length();
-    return sum;
 }
 
 double channel_sum(const Outgoing& radiance) {
@@ -127,7 +119,7 @@ TEST(MeshRefinement, CutsFollowHardShadowEdges) {
         const RadiantMesh& mesh = cut.meshes()[i];
         vertices += mesh.radiance.size();
         before += start[i].radiance.size();
-        EXPECT_NEAR(area(mesh.mesh), area(start[i].mesh), 1e-5 * area(mesh.mesh));
+        EXPECT_NEAR(surface_area(mesh.mesh), surface_area(start[i].mesh), 1e-5 * surface_area(mesh.mesh));
         EXPECT_EQ(mesh.mesh.positions.size(), mesh.radiance.size());
         EXPECT_EQ(mesh.samples.points.size(), mesh.radiance.size());
         for (const auto& [edge, triangles] : triangles_by_edge(mesh.mesh)) {
@@ -236,8 +228,8 @@ TEST(MeshRefinement, LeavesNoCracks) {
                                (edge.first[2] == edge.second[2] && std::abs(edge.first[2]) == 2);
         EXPECT_EQ(triangles.size(), is_border ? 1u : 2u);
     }
-    EXPECT_NEAR(area(box) / area(start[LitBox::box].mesh), 1, 1e-5);
-    EXPECT_NEAR(area(floor), 16, 1e-4);
+    EXPECT_NEAR(surface_area(box) / surface_area(start[LitBox::box].mesh), 1, 1e-5);
+    EXPECT_NEAR(surface_area(floor), 16, 1e-4);
     for (const RadiantMesh& mesh : refined.meshes)
         for (const auto& triangle : mesh.mesh.triangles) {
             double longest = 0;

@@ -9,6 +9,7 @@
 #include "shading/scene/lighting.h"
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/random_numbers.h"
+#include "tests/fixtures/relative_error.h"
 
 namespace haarfield {
 namespace {
@@ -90,17 +91,6 @@ double largest_difference(const SceneColours& found, const SceneColours& wanted)
     return largest;
 }
 
-double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
-    double error = 0, norm = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        for (std::size_t v = 0; v < wanted[i].size(); ++v) {
-            const Vec3f difference = found[i][v] - wanted[i][v];
-            error += double(difference.dot(difference));
-            norm += double(wanted[i][v].dot(wanted[i][v]));
-        }
-    return std::sqrt(error / norm);
-}
-
 /// Returns a fraction of the light of sky(0.4), in coefficients.
 DenseCoefficients dimmed_sky(float share) {
     const Truncation truncation{RenderSettings().light_coefficients};
@@ -123,7 +113,7 @@ TEST_P(RelightSessionBy, FramesEqualTheCommitForEachVariableInput) {
         ASSERT_TRUE(session.frame()) << what;
         const SceneColours frame = session.radiance();
         ASSERT_TRUE(session.commit());
-        EXPECT_LT(relative_rmse(frame, session.radiance()), tolerance) << what;
+        EXPECT_LT(relative_scene_rmse(frame, session.radiance()), tolerance) << what;
     };
     ASSERT_TRUE(session.vary_light());
     EXPECT_GT(session.transfer_bytes(), 1000u);
@@ -227,16 +217,6 @@ TEST_P(RelightSessionBy, PreparingChangesNothingButWhenTheWorkIsDone) {
     EXPECT_EQ(radiance(prepared), radiance(other));
 }
 
-/// Returns the RMS difference of two radiances, relative to the RMS of the second one.
-double relative_difference(const std::vector<Rgb>& found, const std::vector<Rgb>& expected) {
-    double error = 0, energy = 0;
-    for (std::size_t v = 0; v < found.size(); ++v) {
-        error += squared(found[v] - expected[v]);
-        energy += squared(expected[v]);
-    }
-    return std::sqrt(error / energy);
-}
-
 TEST(RelightSession, WithoutPruningFramesOfTintedWhiteSurfacesErrByRoundingOnly) {
     ExampleScene example;
     Material white = matte(1.0f);
@@ -257,11 +237,11 @@ TEST(RelightSession, WithoutPruningFramesOfTintedWhiteSurfacesErrByRoundingOnly)
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
     for (std::size_t i = 0; i < bake.size(); ++i)
-        EXPECT_LT(relative_difference(session.radiance()[i], bake[i]), 0.002) << "light, instance " << i;
+        EXPECT_LT(relative_rmse(session.radiance()[i], bake[i]), 0.002) << "light, instance " << i;
     ASSERT_TRUE(session.vary_eye());
     ASSERT_TRUE(session.frame());
     for (std::size_t i = 0; i < bake.size(); ++i)
-        EXPECT_LT(relative_difference(session.radiance()[i], bake[i]), 0.002) << "eye, instance " << i;
+        EXPECT_LT(relative_rmse(session.radiance()[i], bake[i]), 0.002) << "eye, instance " << i;
 }
 
 TEST(RelightSession, ShowsLightsGivenAsCoefficients) {
@@ -324,7 +304,7 @@ TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     ASSERT_TRUE(session.frame(FrameQuality::moving));
     EXPECT_EQ(session.radiance()[0], still[0]);
     EXPECT_NE(session.radiance()[1], still[1]);
-    EXPECT_LT(relative_rmse({session.radiance()[1]}, {still[1]}), 0.1);
+    EXPECT_LT(relative_scene_rmse({session.radiance()[1]}, {still[1]}), 0.1);
 }
 
 TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
@@ -344,21 +324,21 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     const SceneColours lagging = dragged.radiance();
     for (int i = 0; i < 10; ++i) turn(dragged, 0.5);
     EXPECT_NE(lagging, dragged.radiance());
-    EXPECT_LT(relative_rmse(lagging, dragged.radiance()), 0.001);
+    EXPECT_LT(relative_scene_rmse(lagging, dragged.radiance()), 0.001);
     // Frames may estimate the last hundredth of the indirect light.
-    EXPECT_LT(relative_rmse(dragged.radiance(), set.radiance()), 0.004);
+    EXPECT_LT(relative_scene_rmse(dragged.radiance(), set.radiance()), 0.004);
     // After a large change of the light, a frame computes all bounces.
     dragged.show_light(dimmed_sky(0.1f));
     ASSERT_TRUE(dragged.frame(FrameQuality::moving));
     const SceneColours leapt = dragged.radiance();
     ASSERT_TRUE(dragged.frame(FrameQuality::still));
-    EXPECT_LT(relative_rmse(leapt, dragged.radiance()), 0.004);
+    EXPECT_LT(relative_scene_rmse(leapt, dragged.radiance()), 0.004);
     // The differences above are small: without indirect light, the error is much larger.
     settings.bounces.most = 0;
     RelightSession direct(opened().scene(), settings, {0.003f});
     ASSERT_TRUE(direct.vary_light());
     turn(direct, 0.5);
-    EXPECT_GT(relative_rmse(direct.radiance(), set.radiance()), 0.02);
+    EXPECT_GT(relative_scene_rmse(direct.radiance(), set.radiance()), 0.02);
 }
 
 TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanRequested) {
@@ -372,7 +352,7 @@ TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanRequested) {
     }
     const SceneColours moving = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::still));
-    EXPECT_LT(relative_rmse(moving, session.radiance()), 0.005);  // moving frames are smoothed less
+    EXPECT_LT(relative_scene_rmse(moving, session.radiance()), 0.005);  // moving frames are smoothed less
 }
 
 Mesh torus_mesh(const Vec3f& centre, float radius, float thickness, std::uint32_t around,
@@ -436,7 +416,8 @@ TEST(RelightSession, FramesOfAFixedEyeHaveIndirectLightInSpecularReflections) {
         const SceneColours frame = session.radiance();
         ASSERT_TRUE(session.commit());
         for (std::size_t i = 0; i < frame.size(); ++i)
-            EXPECT_LT(relative_rmse({frame[i]}, {session.radiance()[i]}), 0.01) << what << ", instance " << i;
+            EXPECT_LT(relative_scene_rmse({frame[i]}, {session.radiance()[i]}), 0.01)
+                << what << ", instance " << i;
     };
     ASSERT_TRUE(session.vary_light());
     expect_frame_as_commit("as opened");
@@ -501,9 +482,9 @@ TEST(RelightSession, FramesHaveTheComponentsOfACommit) {
             const SceneColours diffuse = component(session, &Outgoing::diffuse),
                                specular = component(session, &Outgoing::specular);
             ASSERT_TRUE(session.commit());
-            EXPECT_LT(relative_rmse(diffuse, component(session, &Outgoing::diffuse)), of_diffuse)
+            EXPECT_LT(relative_scene_rmse(diffuse, component(session, &Outgoing::diffuse)), of_diffuse)
                 << what << ", bounces " << bounces;
-            EXPECT_LT(relative_rmse(specular, component(session, &Outgoing::specular)), of_specular)
+            EXPECT_LT(relative_scene_rmse(specular, component(session, &Outgoing::specular)), of_specular)
                 << what << ", bounces " << bounces;
             EXPECT_GT(largest_difference(specular, black(specular)), 0.1);
         };
@@ -561,7 +542,7 @@ TEST(RelightSession, VectorsComputedInTheDarkWorkForOtherLight) {
     ASSERT_TRUE(session.frame());
     const SceneColours frame = session.radiance();
     ASSERT_TRUE(session.commit());
-    EXPECT_LT(relative_rmse(frame, session.radiance()), 0.02);
+    EXPECT_LT(relative_scene_rmse(frame, session.radiance()), 0.02);
 }
 
 TEST(RelightSession, BeforeItMovesAllVerticesOfTheInstanceAreShaded) {
@@ -572,7 +553,7 @@ TEST(RelightSession, BeforeItMovesAllVerticesOfTheInstanceAreShaded) {
     four_levels.depth = 4;
     RelightSession coarse(opened().scene(), four_levels);
     ASSERT_TRUE(coarse.commit());
-    EXPECT_LT(relative_rmse({session.radiance()[1]}, {coarse.radiance()[1]}), 1e-6);
+    EXPECT_LT(relative_scene_rmse({session.radiance()[1]}, {coarse.radiance()[1]}), 1e-6);
 }
 
 TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {

@@ -4,6 +4,7 @@
 
 #include "shading/scene/lighting.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/relative_error.h"
 
 namespace haarfield {
 namespace {
@@ -12,15 +13,6 @@ Rgb sum_of(const std::vector<Rgb>& texels) {
     Vec3d sum(0.0);
     for (const Rgb& texel : texels) sum += Vec3d(texel);
     return Rgb(Vec3f(sum));
-}
-
-double relative_difference(const std::vector<Rgb>& found, const std::vector<Rgb>& wanted) {
-    double error = 0, norm = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        error += double((found[i] - wanted[i]).dot(found[i] - wanted[i]));
-        norm += double(wanted[i].dot(wanted[i]));
-    }
-    return std::sqrt(error / norm);
 }
 
 TEST(TurnedLight, OfAConstantEnvironmentIsConstant) {
@@ -44,17 +36,15 @@ TEST(TurnedLight, IsTheLightOfTheTurnedEnvironment) {
                                      rotation_about({1, -2, 0.5}, 4)}) {
         const Vec3d to = rotation(from);
         const LatLongImage turned = environment([&](const Vec3d& d) { return lobe(d, to); }, 256);
-        EXPECT_LT(relative_difference(turned_lighting_texels(light, rotation), lighting_texels(turned, 32)),
-                  0.015);
+        EXPECT_LT(relative_rmse(turned_lighting_texels(light, rotation), lighting_texels(turned, 32)), 0.015);
     }
 }
 
 TEST(TurnedLight, TurnsTheWayThatEnvironmentsDo) {
     const LatLongImage image = environment([](const Vec3d& d) { return 1 + d.z + 0.5 * d.x; }, 128);
-    EXPECT_LT(
-        relative_difference(turned_lighting_texels(turnable_light(image, 16), rotation_about({0, 1, 0}, 0.9)),
+    EXPECT_LT(relative_rmse(turned_lighting_texels(turnable_light(image, 16), rotation_about({0, 1, 0}, 0.9)),
                             lighting_texels(turned_environment(image, 0.9, 0), 16)),
-        0.01);
+              0.01);
 }
 
 TEST(TurnedLight, KeepsEnergyAndPlaceOfASmallSun) {
@@ -87,8 +77,7 @@ TEST(TurnedLight, SeparatesOnlyBrightTexels) {
     const TurnableLight light = turnable_light(spots, 32);
     EXPECT_GT(light.bright.size(), 100u);
     EXPECT_LE(light.bright.size(), light.radiance.size() / 8);
-    EXPECT_LT(relative_difference(turned_lighting_texels(light, Rotation()), lighting_texels(spots, 32)),
-              0.03);
+    EXPECT_LT(relative_rmse(turned_lighting_texels(light, Rotation()), lighting_texels(spots, 32)), 0.03);
 }
 
 }  // namespace

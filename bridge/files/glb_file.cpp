@@ -126,12 +126,6 @@ Appearance appearance_of(const ImageFiles& files, Buffer& buffer) {
     return made;
 }
 
-/// Returns the texture of a triangle, or null if it has none.
-const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
-    if (instance.surfaces.empty()) return nullptr;
-    return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
-}
-
 /// Returns COLOR_0 of a vertex: the light that an image multiplies. Specular radiance is added after the
 /// image, but glTF cannot express that. It is therefore divided by the image's mean around the vertex.
 ///

@@ -36,12 +36,6 @@ struct PixelPlace {
     float x, y;
 };
 
-/// Returns the image on a triangle, or null if there is none.
-const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
-    if (instance.surfaces.empty()) return nullptr;
-    return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
-}
-
 /// Lets rays pass through texels that are less than half opaque.
 void pass_cut_outs(const RTCFilterFunctionNArguments* arguments) {
     const auto& instance = *static_cast<const BakedInstance*>(arguments->geometryUserPtr);

@@ -15,10 +15,6 @@ std::vector<std::string> lines_of(const std::string& log) {
     return lines;
 }
 
-bool contains(const std::string& text, const char* part) {
-    return text.find(part) != std::string::npos;
-}
-
 }  // namespace
 
 std::vector<std::string> povray_messages(const std::string& log) {
@@ -39,14 +35,18 @@ std::vector<std::string> povray_messages(const std::string& log) {
     return result;
 }
 
+bool mentions(const std::string& message, const char* text) {
+    return message.find(text) != std::string::npos;
+}
+
 std::string povray_failure(const std::string& log) {
     std::string words, last;
     for (const std::string& message : povray_messages(log)) {
-        if (contains(message, "cannot open the user configuration")) continue;  // every run prints it
-        if (contains(message, "Error:") || contains(message, "Failed") || contains(message, "rror in") ||
-            contains(message, "Problem"))
-            if (!contains(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
-        if (!contains(message, "----") && !contains(message, "====")) last = message;
+        if (mentions(message, "cannot open the user configuration")) continue;  // every run prints it
+        if (mentions(message, "Error:") || mentions(message, "Failed") || mentions(message, "rror in") ||
+            mentions(message, "Problem"))
+            if (!mentions(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
+        if (!mentions(message, "----") && !mentions(message, "====")) last = message;
     }
     return words.empty() ? last : words;
 }

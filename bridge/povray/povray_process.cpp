@@ -76,10 +76,6 @@ private:
     int lock_ = -1;
 };
 
-bool contains(const std::string& text, const char* part) {
-    return text.find(part) != std::string::npos;
-}
-
 double logged_seconds(const std::string& log, const char* key) {
     std::size_t at = log.rfind(key);
     if (at == std::string::npos || (at = log.find('(', at)) == std::string::npos) return 0;
@@ -174,7 +170,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
 
     const std::string scene_name = whole_scene.filename().string(),
                       output = seen.empty() ? picture.string() : seen.string();
-    if (contains(scene_name, "\"") || contains(output, "\""))
+    if (mentions(scene_name, "\"") || mentions(output, "\""))
         return Error{scene.string(), "POV-Ray accepts no file names with quotation marks"};
     if (progress.stop.stop_requested()) return interruption(scene.string());
     PovrayRun run;
@@ -219,8 +215,8 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     run.parse_seconds = logged_seconds(log, "Parse Time:");
     run.trace_seconds = logged_seconds(log, "Trace Time:");
     for (std::string& message : povray_messages(log))
-        if (contains(message, "Warning") || contains(message, "Possible"))
-            if (!contains(message, "Stream to console")) run.warnings.push_back(std::move(message));
+        if (mentions(message, "Warning") || mentions(message, "Possible"))
+            if (!mentions(message, "Stream to console")) run.warnings.push_back(std::move(message));
     return run;
 }
 

@@ -21,7 +21,7 @@
 namespace haarfield {
 namespace {
 
-constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;  // Of a file that POV-Ray writes.
+constexpr std::uint64_t most_written_bytes = std::uint64_t{1} << 30;  // Of a file that POV-Ray writes.
 constexpr const char *plain_folder = "hf_plain", *emissive_folder = "hf_emissive";
 constexpr const char *prelude_file = "hf_prelude.inc", *suffix_file = "hf_suffix.inc";
 
@@ -313,7 +313,7 @@ Result<SceneQueries> SceneQueries::create(const std::filesystem::path& scene, co
 }
 
 Result<std::string> SceneQueries::written(const std::string& name) const {
-    return read_whole_file(scratch() / name, most_bytes);
+    return read_whole_file(scratch() / name, most_written_bytes);
 }
 
 Result<Done> SceneQueries::write_files(const SceneQuery& query, const std::filesystem::path& main) const {
@@ -370,7 +370,7 @@ Result<SceneAnswer> SceneQueries::picture(const SceneQuery& query, const std::fi
     HF_TRY(SceneAnswer answer, run(query, folder, input, "+FP16", progress));
     if (answer.slow_object || (query.width == 1 && query.height == 1)) return answer;
     const std::filesystem::path file = folder / (uses_frames_ ? "hf_picture1.ppm" : "hf_picture.ppm");
-    HF_TRY(const std::string bytes, read_whole_file(file, most_bytes));
+    HF_TRY(const std::string bytes, read_whole_file(file, most_written_bytes));
     HF_TRY(answer.pixels, ppm_pixels(bytes, query.width, query.height, query.is_linear));
     const bool has_gamma = gamma_.exponent != 1;
     if (!query.pigments && !(query.in_numbers && has_gamma)) return answer;

@@ -126,6 +126,8 @@ Result<IndirectLight> focused_indirect_light(const PointShading& direct, const S
     const std::vector<Rgb> by_row = direct_rows(direct, rows, radiance);
     SceneColours by_vertex;
     store_radiance(direct.scene, direct.geometry, by_row, by_vertex);
+    // As indirect_light() does it: differences inside triangles are relative to the colours of the corners.
+    fill_hidden(direct.scene, direct.geometry, transport.hidden(), by_vertex);
     HF_TRY(DirectDetail detail, direct_detail(direct, by_vertex, progress));
     average_detail(direct.scene, detail, by_vertex);
     const std::vector<Rgb> averaged = row_values(rows, by_vertex);

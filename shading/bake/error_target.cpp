@@ -408,9 +408,16 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     };
     bake.face_size = settings.face_size;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
+    struct Attempt {
+        IndirectLight light;
+        BakeErrorMeter::Shading measured;
+        int directions;
+        double error;
+    };
     BakeErrorMeter::Shading measured;
+    std::optional<Attempt> best;     // Of those that are not accurate enough.
     std::optional<BounceRays> rays;  // With the current number of directions.
-    bool is_focused = false;
+    bool is_focused = false, focus_is_tried = false;
     for (double before = std::numeric_limits<double>::infinity();;) {
         if (settings.bounces.most > 0) {
             bake.indirect.reset();
@@ -420,23 +427,33 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
             HF_TRY(bake.indirect, is_focused ? focused_indirect_light(lit(), radiance, *rays, progress)
                                              : scene_indirect_light(lit(), radiance, *rays, progress));
             bake.directions = settings.bounces.directions;
-            bake.gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
-            bake.indirect->gathering_rays = bake.gathering_rays;
+            bake.indirect->gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
         }
         meter = BakeErrorMeter(lit(), meter);
         HF_TRY(measured, meter.shading_error(target.error, progress));
         const double error = root(measured.indirect.square);
         if (error <= largest_indirect_share * target.error) break;
-        if (!is_focused) {
+        if (!best || error < best->error)
+            best.emplace(Attempt{std::move(*bake.indirect), measured, bake.directions, error});
+        else
+            is_focused = false;
+        if (!std::exchange(focus_is_tried, true)) {
             is_focused = true;
             continue;
         }
         // More directions remove noise alone.
-        if (error > 0.8 * before || settings.bounces.directions * 4 > most_directions) break;
-        before = error;
+        if (best->error > 0.8 * before || settings.bounces.directions * 4 > most_directions) {
+            bake.indirect = std::move(best->light);
+            bake.directions = best->directions;
+            measured = best->measured;
+            meter = BakeErrorMeter(lit(), meter);
+            break;
+        }
+        before = best->error;
         settings.bounces.directions *= 4;
         rays.reset();
     }
+    if (bake.indirect) bake.gathering_rays = bake.indirect->gathering_rays;
     const VertexMask displayed = displayed_vertices(direct.scene, population);
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();

@@ -23,6 +23,9 @@ constexpr float cut_contrast = 8;
 constexpr float known_error = 8;
 /// The weight of errors that are not in the picture.
 constexpr double hidden_share = 0.25;
+/// Edges below the first length are not split, nor those below the second one that look shorter than the
+/// third one from the eye. [radii, radii, distances]
+constexpr double shortest_edge = 2e-5, usual_edge = 2e-4, viewed_edge = 1.0 / 1500;
 
 float channel_sum(const Outgoing& radiance) {
     const Rgb c = radiance.total();
@@ -53,11 +56,17 @@ struct RefinedInstance {
     std::vector<Rgb> tints;                      ///< ShadedEntity::tints, also of added vertices.
     std::vector<Middle> middles;                 ///< By edge.
     float scale;
-    double shortest;  ///< Edges below twice this length are not split, in the entity's frame. [m]
+    double radius;             ///< Of the entity. [m]
+    std::optional<Vec3f> eye;  ///< In the entity's frame; present if edges are viewed from there. [m]
 
     bool is_shaded(std::uint32_t edge) const { return middles[edge].error != not_shaded; }
     double length(std::uint32_t edge) const { return std::sqrt(bisection.squared_length(edge)); }
-    bool can_be_split(std::uint32_t edge) const { return length(edge) >= 2 * shortest; }
+    bool can_be_split(std::uint32_t edge) const {
+        const double size = length(edge);
+        if (size >= usual_edge * radius) return true;
+        return eye && size >= shortest_edge * radius &&
+               size >= viewed_edge * double((bisection.middle(edge) - *eye).length());
+    }
 
     /// Returns the mean tint of two vertices.
     Rgb tint(std::uint32_t a, std::uint32_t b) const {
@@ -220,7 +229,10 @@ struct MeshRefiner::State {
                                   {tints.begin(), tints.end()},
                                   {},
                                   instance.placement.scale,
-                                  1e-4 * double(radius)});
+                                  double(radius),
+                                  {}});
+            if (wanted_.by_view)
+                instances_.back().eye = instance.placement.point_to_object(shading_.scene.eye);
             RefinedInstance& added = instances_.back();
             added.irradiance.resize(added.radiance.size());
             added.middles.resize(added.bisection.edges().size());

@@ -43,7 +43,8 @@ struct Refinement {
 /// than the tolerance. Edges between small errors wait for a later step. It then splits edges beyond the
 /// tolerance in descending order of error times length, down to half of the largest. A triangle is always
 /// divided across its longest edge first, so that angles stay above half of the smallest angle in `start`.
-/// There are no T-junctions. Edges below a thousandth of the entity's radius are not split.
+/// There are no T-junctions. Edges below 2e-4 of the entity's radius are not split. With by_view, they are if
+/// they look large, such as those of a wide ground next to the camera, down to 2e-5.
 ///
 /// Indirect irradiance is gathered at the middles of edges whose surroundings are near, bent or unevenly
 /// lit, and is interpolated between the ends of the other edges.

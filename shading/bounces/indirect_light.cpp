@@ -26,23 +26,20 @@ const Mesh& mesh_of(const ShadedScene& scene, std::size_t instance) {
     return *scene.entities[scene.instances[instance].entity].mesh;
 }
 
-/// Extrapolates the light of an instance to its hidden vertices where some lie inside other instances.
+}  // namespace
+
 void fill_hidden(const ShadedScene& scene, const ShadingGeometry& geometry,
-                 std::span<const std::uint8_t> hidden, IndirectLight& light) {
+                 std::span<const std::uint8_t> hidden, SceneColours& colours) {
     const VertexRows rows(scene, geometry);
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
         std::vector<std::uint8_t> by_vertex(rows.vertices(i).size());
         for (std::size_t k = 0; k < by_vertex.size(); ++k)
             by_vertex[rows.vertices(i)[k]] = hidden[rows.first(i) + k];
-        if (by_vertex == entity.occlusion->samples().buried) continue;
-        const BuriedFill fill(*entity.mesh, by_vertex);
-        fill(light.irradiance[i]);
-        fill(light.radiance[i]);
+        if (by_vertex != entity.occlusion->samples().buried)
+            BuriedFill(*entity.mesh, std::move(by_vertex))(colours[i]);
     }
 }
-
-}  // namespace
 
 std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometry& geometry) {
     const VertexRows rows(scene, geometry);
@@ -123,7 +120,8 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
     transport.smooth(bounced.irradiance);
     store_radiance(scene, geometry, bounced.irradiance, result.irradiance);
     store_radiance(scene, geometry, bounced.radiance, result.radiance);
-    fill_hidden(scene, geometry, transport.hidden(), result);
+    fill_hidden(scene, geometry, transport.hidden(), result.irradiance);
+    fill_hidden(scene, geometry, transport.hidden(), result.radiance);
     result.bounces = bounced.bounces;
     result.left_out = bounced.left_out;
     result.transport_bytes = transport.bytes();

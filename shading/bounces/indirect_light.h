@@ -107,6 +107,13 @@ private:
                              float cosine) const;
 };
 
+/// Extrapolates colours to the hidden vertices of instances that have vertices inside other instances.
+/// The colours of other instances are extrapolated by store_radiance.
+///
+/// hidden  by row: LightTransport::hidden.
+void fill_hidden(const ShadedScene& scene, const ShadingGeometry& geometry,
+                 std::span<const std::uint8_t> hidden, SceneColours& colours);
+
 /// Smooths the irradiance of bounced light and assigns it to the vertices of the scene. Hidden vertices
 /// (LightTransport) get the mean of their neighbours.
 ///

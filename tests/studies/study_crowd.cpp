@@ -58,12 +58,6 @@ Shaded shaded_vertices(const ShadedScene& scene, Occlusion occlusion, std::size_
     return result;
 }
 
-double relative_rmse(std::span<const Rgb> found, std::span<const Rgb> exact) {
-    RelativeError sum;
-    for (std::size_t k = 0; k < found.size(); ++k) sum.add(Vec3d(found[k]), Vec3d(exact[k]));
-    return sum.rmse();
-}
-
 }  // namespace
 
 void study_crowd(std::size_t vertices) {
@@ -90,8 +84,8 @@ void study_crowd(std::size_t vertices) {
         fmt::print(
             "{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x) {:>7.2f}% {:>6.2f}% {:>10.0f}\n", name,
             scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1],
-            100 * relative_rmse(found[0].radiance, exact), 100 * relative_rmse(found[1].radiance, exact),
-            resident_megabytes());
+            100 * haarfield::relative_rmse(found[0].radiance, exact),
+            100 * haarfield::relative_rmse(found[1].radiance, exact), resident_megabytes());
     }
 }
 

@@ -6,8 +6,8 @@
 #include "scenes/image_format.h"
 #include "scenes/scene_environment.h"
 #include "shading/scene/exposure.h"
+#include "tools/view/message_writer.h"
 
-#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +17,6 @@ namespace haarfield {
 namespace {
 
 constexpr int thumbnail_width = 192, widest_background = 2048;  ///< [pixels]
-constexpr float largest_half = 65000;
 
 bool is_same_sky(const AnalyticSky& a, const AnalyticSky& b) {
     return a.turbidity == b.turbidity && a.sun_elevation == b.sun_elevation &&
@@ -57,11 +56,6 @@ LatLongImage reduced(const LatLongImage& image, int factor) {
 
 int factor_to(int width, int widest) {
     return std::max(1, (width + widest - 1) / widest);
-}
-
-template <class Value>
-void append(std::string& bytes, const Value& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(Value));
 }
 
 }  // namespace
@@ -174,9 +168,8 @@ Result<std::string> background_bytes(const ShelfLight& light) {
     append(bytes, static_cast<std::uint32_t>(image.width));
     append(bytes, static_cast<std::uint32_t>(image.height));
     for (const Rgb& pixel : image.pixels) {
-        for (const float value : {pixel.x, pixel.y, pixel.z})
-            append(bytes, imath_float_to_half(std::min(value, largest_half)));
-        append(bytes, imath_float_to_half(1.0f));
+        for (const float value : {pixel.x, pixel.y, pixel.z}) append(bytes, half_bits(value));
+        append(bytes, half_bits(1));
     }
     return bytes;
 }

@@ -3,6 +3,7 @@
 #include "scenes/entity_surfaces.h"
 #include "scenes/scene_shading.h"
 #include "tools/session_error.h"
+#include "tools/view/message_writer.h"
 #include "tools/view/visible_vertices.h"
 
 #include <Imath/half.h>
@@ -15,8 +16,6 @@
 namespace haarfield {
 namespace {
 
-constexpr float largest_half = 65000;
-
 /// Stores the colours of chosen vertices, or of all if `chosen` is null, as half floats.
 void store_halves(std::span<const Rgb> colours, float gain, const std::vector<std::uint8_t>* chosen,
                   std::vector<std::uint16_t>& halves) {
@@ -28,9 +27,7 @@ void store_halves(std::span<const Rgb> colours, float gain, const std::vector<st
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colours.size(), grain), [&](const auto& range) {
         for (std::size_t v = range.begin(); v < range.end(); ++v) {
             if (chosen && !(*chosen)[v]) continue;
-            for (int c = 0; c < 3; ++c)
-                halves[3 * v + std::size_t(c)] =
-                    imath_float_to_half(std::min(colours[v][c] * gain, largest_half));
+            for (int c = 0; c < 3; ++c) halves[3 * v + std::size_t(c)] = half_bits(colours[v][c] * gain);
         }
     });
 }

@@ -1,5 +1,6 @@
 #include "tools/view/scene_assets.h"
 
+#include "tools/view/message_writer.h"
 #include "tools/view/messages.h"
 
 #include <fmt/format.h>
@@ -7,11 +8,6 @@
 
 namespace haarfield {
 namespace {
-
-template <class Value>
-void append(std::string& bytes, const Value& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(Value));
-}
 
 void append_halves(std::string& bytes, const std::vector<std::uint16_t>& halves) {
     bytes.append(reinterpret_cast<const char*>(halves.data()), halves.size() * sizeof(std::uint16_t));
