@@ -295,6 +295,35 @@ TEST(MeshRefinement, SplitsFewerEdgesOutsideOfThePicture) {
     EXPECT_GT(share_with(true), 1.3 * share_with(false));
 }
 
+TEST(MeshRefinement, SplitsEdgesNextToTheEyeThatAreShortForTheirMesh) {
+    // The shadow of a box on a ground of 1,000 m.
+    ExampleScene example;
+    const Mesh ground = square_mesh(1000, 0, 2);
+    example.scene.instances = {{example.add_entity(ground, matte(0.5f)), {}},
+                               {example.add_entity(box_mesh({0, 0.1f, 0}, {1, 1, 1}), matte(0.5f)), {}}};
+    example.scene.environment = environment(
+        [](const Vec3d& d) { return 0.3 + 60 * std::pow(std::max(0.0, d.dot(Vec3d(0.6, 0.8, 0))), 300); });
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    const ShadingGeometry geometry = *shading_geometry(example.scene, settings);
+    const SceneLight light = scene_light(example.scene.environment, settings);
+    const auto shortest_edge = [&](const Vec3f& eye) {
+        example.scene.eye = eye;
+        const PointShading shading{example.scene, geometry, light, settings};
+        MeshRefiner refiner(shading, {0.01f, 3000, true},
+                            *mesh_radiance(shading, std::vector{ground, example.mesh(1).fine}));
+        for (bool can_refine = true; can_refine;) can_refine = *refiner.step();
+        const Mesh refined = std::move(refiner).finished().meshes[0].mesh;
+        float shortest = INFINITY;
+        for (const auto& [a, b, c] : refined.triangles)
+            shortest = std::min(shortest, (refined.positions[a] - refined.positions[b]).length());
+        return shortest;
+    };
+    const float usual = 1e-4f * 707;
+    EXPECT_LT(shortest_edge({2, 2, 2}), 0.8f * usual);
+    EXPECT_GT(shortest_edge({2, 900, 2}), 0.95f * usual);
+}
+
 TEST(MeshRefinement, WeighsErrorsByTheTintsOfSurfaces) {
     LitBox lit;
     const auto vertices_at_right = [&] {
