@@ -41,6 +41,9 @@ struct Middle {
     bool is_final = false;   ///< It cannot be split.
     bool is_visible = true;  ///< Both ends are in the picture, on any side.
     float difference = 0;    ///< The largest difference of all sides, not relative.
+    /// The largest error of interpolated indirect irradiance, of all sides, as `error`. Before the middle is
+    /// shaded: that in the triangles that were split to make this edge; infinite if unknown.
+    float indirect_error = std::numeric_limits<float>::infinity();
     std::vector<Outgoing> radiance;              ///< By EdgeBisection::sides.
     LocalSamples samples;                        ///< By EdgeBisection::sides.
     std::vector<GatheredIrradiance> irradiance;  ///< By EdgeBisection::sides.
@@ -311,6 +314,7 @@ struct MeshRefiner::State {
             Outgoing interpolated;
             GatheredIrradiance irradiance;
             Rgb tint;
+            float indirect_error;  ///< Middle::indirect_error
         };
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
@@ -326,13 +330,20 @@ struct MeshRefiner::State {
                              interpolated_normal(bisection.mesh(), side, 0.5), occlusion.sampler());
                 if (point && solids_.contain(shading_.scene, i, *point)) point.reset();
                 GatheredIrradiance irradiance;
+                const Rgb tint = instance.tint(side.low, side.high);
+                float indirect_error = instance.middles[edge].indirect_error;
                 if (point && shading_.indirect) {
-                    const auto interpolated = interpolated_irradiance(instance, edge, side);
-                    irradiance = interpolated ? *interpolated
-                                              : shading_.indirect->gathered_at(shading_.scene, i, *point);
+                    const GatheredIrradiance between = mean_irradiance(instance, side);
+                    if (indirect_error <= tolerance_ || varies_slowly(instance, edge, side)) {
+                        irradiance = between;
+                    } else {
+                        irradiance = shading_.indirect->gathered_at(shading_.scene, i, *point);
+                        indirect_error =
+                            error_of_irradiance(i, *point, tint, irradiance.irradiance - between.irradiance);
+                    }
                 }
                 middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f, irradiance,
-                                      instance.tint(side.low, side.high)});
+                                      tint, indirect_error});
             }
         });
         std::vector<InstancePoint> points;
@@ -344,8 +355,9 @@ struct MeshRefiner::State {
         auto next = radiance.begin();
         for (std::size_t n = 0; n < edges.size(); ++n) {
             Middle& middle = instances_[edges[n].instance].middles[edges[n].edge];
-            middle.error = middle.difference = 0;
+            middle.error = middle.difference = middle.indirect_error = 0;
             for (const SideMiddle& side : middles[n]) {
+                middle.indirect_error = std::max(middle.indirect_error, side.indirect_error);
                 middle.radiance.push_back(side.point ? *next++ : side.interpolated);
                 middle.samples.points.push_back(side.point ? side.point->sample : Vec3f(0.0f));
                 middle.samples.buried.push_back(!side.point);
@@ -359,22 +371,35 @@ struct MeshRefiner::State {
         return Done{};
     }
 
-    /// Returns the irradiance of the middle of an edge if it may be interpolated between the ends.
-    static std::optional<GatheredIrradiance> interpolated_irradiance(const RefinedInstance& instance,
-                                                                     std::uint32_t edge,
-                                                                     const EdgeBisection::Side& side) {
+    static GatheredIrradiance mean_irradiance(const RefinedInstance& instance,
+                                              const EdgeBisection::Side& side) {
+        const GatheredIrradiance &a = instance.irradiance[side.low], &b = instance.irradiance[side.high];
+        return {(a.irradiance + b.irradiance) * 0.5f, (a.nearness + b.nearness) * 0.5f};
+    }
+
+    /// Tests whether the surroundings of an edge let its irradiance vary slowly.
+    static bool varies_slowly(const RefinedInstance& instance, std::uint32_t edge,
+                              const EdgeBisection::Side& side) {
         const GatheredIrradiance &a = instance.irradiance[side.low], &b = instance.irradiance[side.high];
         const Mesh& mesh = instance.bisection.mesh();
         const double length = instance.length(edge) * double(instance.scale);
-        const Rgb mean = (a.irradiance + b.irradiance) * 0.5f, apart = a.irradiance - b.irradiance;
+        const Rgb apart = a.irradiance - b.irradiance;
         const auto sum = [](const Rgb& c) { return std::abs(c.x) + std::abs(c.y) + std::abs(c.z); };
         // Infinite if the nearness of an end is unknown.
         const double nearness = double(std::max(a.nearness, b.nearness));
-        if (!(length * nearness < double(interpolated_length)) ||
-            mesh.normals[side.low].dot(mesh.normals[side.high]) < least_cosine ||
-            sum(apart) > largest_difference * sum(mean))
-            return std::nullopt;
-        return GatheredIrradiance{mean, (a.nearness + b.nearness) * 0.5f};
+        return length * nearness < double(interpolated_length) &&
+               mesh.normals[side.low].dot(mesh.normals[side.high]) >= least_cosine &&
+               sum(apart) <= largest_difference * sum((a.irradiance + b.irradiance) * 0.5f);
+    }
+
+    /// Returns the error of radiance that an error of irradiance causes, as `error`.
+    float error_of_irradiance(std::size_t i, const SurfacePoint& point, const Rgb& tint,
+                              const Rgb& difference) const {
+        const ShadedEntity& entity = shading_.scene.entities[shading_.scene.instances[i].entity];
+        const Rgb radiance =
+            entity.materials[point.material].diffuse * tint * difference * static_cast<float>(1 / pi);
+        const float sum = std::abs(radiance.x) + std::abs(radiance.y) + std::abs(radiance.z);
+        return mean_ > 0 ? sum / mean_ : 0;
     }
 
     /// The edges of this round, and with each the longer ones of its triangles that have to be split before
@@ -448,11 +473,13 @@ struct MeshRefiner::State {
                 are_visible.push_back(instance.visible[side.low] && instance.visible[side.high]);
                 if (!instance.tints.empty()) tints.push_back(instance.tint(side.low, side.high));
             }
-            float expected = 0;
+            float expected = 0, indirect_error = 0;
             for (const std::uint32_t t : instance.bisection.edges()[edge].triangles)
-                for (const std::uint32_t e : instance.bisection.edges_of(t))
-                    expected = std::max(expected, instance.is_shaded(e) ? instance.middles[e].error
-                                                                        : instance.middles[e].expected);
+                for (const std::uint32_t e : instance.bisection.edges_of(t)) {
+                    const Middle& middle = instance.middles[e];
+                    expected = std::max(expected, instance.is_shaded(e) ? middle.error : middle.expected);
+                    indirect_error = std::max(indirect_error, middle.indirect_error);
+                }
             if (!instance.bisection.split(edge)) {
                 instance.middles[edge].error = 0;
                 instance.middles[edge].is_final = true;
@@ -472,6 +499,7 @@ struct MeshRefiner::State {
             instance.middles.resize(instance.bisection.edges().size());
             const auto begin_edge = [&](std::uint32_t e) {
                 instance.middles[e].expected = expected;
+                instance.middles[e].indirect_error = indirect_error;
                 set_visible(instance, e);
             };
             begin_edge(edge);

@@ -47,7 +47,8 @@ struct Refinement {
 /// they look large, such as those of a wide ground next to the camera, down to 2e-5.
 ///
 /// Indirect irradiance is gathered at the middles of edges whose surroundings are near, bent or unevenly
-/// lit, and is interpolated between the ends of the other edges.
+/// lit, until interpolation between the ends of larger edges there was right within the tolerance. It is
+/// interpolated between the ends of the other edges.
 ///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 50 us per shaded point; two to three times as many points as vertices.
