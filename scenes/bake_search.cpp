@@ -45,11 +45,17 @@ std::size_t wanted_vertices(const Scene& scene) {
 
 }  // namespace
 
-Scene search_start(const Scene& scene) {
+std::vector<std::uint32_t> search_starts(std::optional<std::size_t> vertex_budget) {
+    constexpr std::size_t many = search_vertices / 2;
+    const std::size_t finer = std::min(many, vertex_budget.value_or(search_vertices) / 2);
+    if (finer < 4 * search_start_vertices) return {search_start_vertices};
+    return {search_start_vertices, std::uint32_t(finer)};
+}
+
+Scene search_start(const Scene& scene, std::uint32_t vertices) {
     Scene start = scene;
-    const double share =
-        double(search_start_vertices) / double(std::max<std::size_t>(1, wanted_vertices(scene)));
-    if (share < 1)
+    const double share = double(vertices) / double(std::max<std::size_t>(1, wanted_vertices(scene)));
+    if (share < 1 || vertices > search_start_vertices)
         for (Entity& entity : start.entities)
             entity.fine_vertices = std::uint32_t(double(entity.fine_vertices) * share);
     return start;

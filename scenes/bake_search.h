@@ -9,9 +9,18 @@ namespace haarfield {
 /// Vertices of all instances at the start of a search. Small objects have more if their files have more.
 inline constexpr std::uint32_t search_start_vertices = 10000;
 
-/// Returns the scene with as few fine vertices as a search starts from. Entity::fine_vertices become smaller
-/// in proportion.
-Scene search_start(const Scene& scene);
+/// Returns the numbers of start vertices of successive searches: search_start_vertices, and many more if the
+/// budget allows. All searches but the last one have BakeOptions::stops_early: where light is reflected
+/// between folds of a bright surface, few vertices do not describe it well enough.
+///
+/// vertex_budget  BakeOptions::vertex_budget.
+std::vector<std::uint32_t> search_starts(std::optional<std::size_t> vertex_budget);
+
+/// Returns the scene with the fine vertices from which a search starts. Entity::fine_vertices change in
+/// proportion; with search_start_vertices, they only become smaller.
+///
+/// vertices  of search_starts.
+Scene search_start(const Scene& scene, std::uint32_t vertices = search_start_vertices);
 
 /// Returns the samples of fields that a search uses: none if every object can be rasterized at each point,
 /// the surroundings in scenes of many objects or with Occlusion::fields. The result does not depend on the

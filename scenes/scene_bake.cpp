@@ -80,14 +80,14 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     if (!options.everywhere) points = displayed_points(entities, direct.scene, pixels);
     const bool is_everywhere = points.empty();
     if (is_everywhere) points = displayed_area(entities, direct.scene);
-    HF_TRY(TargetBake found, target_bake(direct, {*options.error, budget, !is_everywhere, most_face_size},
-                                         std::move(points), progress));
+    const ErrorTarget target{*options.error, budget, !is_everywhere, most_face_size, options.stops_early};
+    HF_TRY(TargetBake found, target_bake(direct, target, std::move(points), progress));
     baked.search =
         SearchOutcome{*options.error,   found.error,          found.end,
                       budget,           found.fitted,         found.cut_edges,
                       found.directions, found.gathering_rays, found.indirect && found.indirect->lit,
                       found.face_size,  found.shaded_points,  found.rounds,
-                      is_everywhere};
+                      is_everywhere,    found.is_stopped};
     baked.refined = std::move(found.meshes);
     indirect = std::move(found.indirect);
     return Done{};
@@ -265,6 +265,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
         shading.sharing = nullptr;
         HF_TRY_DONE(
             search(shading, scene, entities, options, settings.face_size, pixels, indirect, progress, baked));
+        if (baked.search->is_stopped) return baked;
         if (!options.passes.empty() && chosen.face_size < settings.face_size) {
             chosen.face_size = settings.face_size;
             HF_TRY(geometry, shading_geometry(shaded, chosen, progress));

@@ -27,6 +27,8 @@ struct BakeOptions {
     /// The target of target_bake; none: the other members choose the vertices.
     std::optional<double> error;
     bool everywhere = false;  ///< With `error`: it is measured over all surfaces, not over a picture.
+    /// With `error`: ErrorTarget::stops_early.
+    bool stops_early = false;
     Evaluator evaluator = Evaluator::tree;
     std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
     std::optional<std::size_t> vertex_budget;  ///< None: usual_vertex_budget; with `error` search_budget.
@@ -70,6 +72,7 @@ struct SearchOutcome {
     std::size_t shaded_points = 0;
     int rounds = 0;
     bool is_everywhere = false;  ///< The error was measured over all surfaces.
+    bool is_stopped = false;     ///< The search stopped early: nothing is baked.
 };
 
 /// The outcome of indirect light; see IndirectLight.

@@ -248,6 +248,22 @@ TEST(ErrorTarget, EndsAtTheVertexBudget) {
     EXPECT_LE(vertices, 600u);
 }
 
+TEST(ErrorTarget, StopsEarlyIfIndirectLightIsNotAccurateEnough) {
+    LitBox lit;
+    make_accurate(lit);
+    lit.settings.bounces.most = 2;
+    const auto bake = [&](double error) {
+        return *target_bake(lit.shading, {error, 100000, false, 0, true},
+                            area_points(lit.example.scene, 4096));
+    };
+    const TargetBake stopped = bake(0.0005), reached = bake(0.06);
+    EXPECT_TRUE(stopped.is_stopped);
+    EXPECT_EQ(stopped.end, SearchEnd::indirect_light);
+    EXPECT_EQ(stopped.shaded_points, 0u) << "of the refinement";
+    EXPECT_FALSE(reached.is_stopped);
+    EXPECT_EQ(reached.meshes.size(), lit.example.scene.instances.size());
+}
+
 TEST(ErrorTarget, DoesNotDependOnTheNumberOfThreads) {
     const LitBox lit;
     const auto bake = [&] {

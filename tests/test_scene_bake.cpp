@@ -34,5 +34,22 @@ TEST(SceneBake, ASearchMayHaveTheVerticesThatTheSceneAsksForButAtLeast200000) {
     EXPECT_EQ(search_budget(scene, spheres(8, 2)), 300000u);
 }
 
+TEST(SceneBake, ASecondSearchStartsWithMoreVerticesIfTheBudgetAllows) {
+    EXPECT_EQ(search_starts({}), (std::vector<std::uint32_t>{10000, 100000}));
+    EXPECT_EQ(search_starts(100000), (std::vector<std::uint32_t>{10000, 50000}));
+    EXPECT_EQ(search_starts(60000), (std::vector<std::uint32_t>{10000}));
+    Scene scene;
+    scene.entities.resize(2);
+    scene.instances.resize(3);
+    scene.entities[0].fine_vertices = 1000;
+    scene.entities[1].fine_vertices = 3000;
+    scene.instances[2].entity = 1;
+    EXPECT_EQ(search_start(scene).entities[1].fine_vertices, 3000u);
+    EXPECT_EQ(search_start(scene, 50000).entities[1].fine_vertices, 30000u);
+    EXPECT_EQ(search_start(scene, 50000).entities[0].fine_vertices, 10000u);
+    scene.entities[1].fine_vertices = 98000;
+    EXPECT_EQ(search_start(scene).entities[1].fine_vertices, 9800u);
+}
+
 }  // namespace
 }  // namespace haarfield

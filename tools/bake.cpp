@@ -172,20 +172,28 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     HF_TRY(Environment environment, opened_environment(scene, context));
     if (render.bake.error) render.entities.fields = search_fields(scene, render.shading.occlusion);
     if (render.bake.evaluator == Evaluator::rays) render.entities.fields = FieldExtent::none;
-    HF_TRY(const SceneEntities entities,
-           opened_entities(render.bake.error ? search_start(scene) : scene, render, output, context));
-    HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
-    expose_room(scene, entities, environment, context);
-
-    ShadedScene shaded = shaded_scene(scene, entities, std::move(environment));
+    const std::vector<std::uint32_t> starts = search_starts(render.bake.vertex_budget);
+    SceneEntities entities;
+    ShadedScene shaded;
+    BakedScene baked;
     const Stopwatch watch;
-    std::vector<std::optional<MeshPoint>> pixels;
-    if (render.bake.error && !render.bake.everywhere)
-        pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
-    std::optional<PointSharing> sharing;
-    if (context.share) sharing = point_sharing(*context.share);
-    HF_TRY(const BakedScene baked, baked_scene(scene, entities, shaded, render.shading, render.bake,
-                                               context.progress, sharing ? &*sharing : nullptr, pixels));
+    for (std::size_t n = 0; n == 0 || (baked.search && baked.search->is_stopped); ++n) {
+        render.bake.stops_early = n + 1 < starts.size();
+        HF_TRY(entities, opened_entities(render.bake.error ? search_start(scene, starts[n]) : scene, render,
+                                         output, context));
+        if (n == 0) {
+            HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
+            expose_room(scene, entities, environment, context);
+        }
+        shaded = shaded_scene(scene, entities, environment);
+        std::vector<std::optional<MeshPoint>> pixels;
+        if (render.bake.error && !render.bake.everywhere)
+            pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
+        std::optional<PointSharing> sharing;
+        if (context.share) sharing = point_sharing(*context.share);
+        HF_TRY(baked, baked_scene(scene, entities, shaded, render.shading, render.bake, context.progress,
+                                  sharing ? &*sharing : nullptr, pixels));
+    }
     if (context.share && !context.share->joins) return ExitCode::done;
     if (baked.search) report_search(scene, *baked.search, context);
     if (baked.refinement)

@@ -19,6 +19,8 @@ constexpr double margin = 0.97;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
+/// A search may stop early if the error of indirect light exceeds this share of the target.
+constexpr double stopping_share = 0.8;
 /// The share of the target that the noise of gathered irradiance may have.
 constexpr double gathering_share = 0.25;
 constexpr int fewest_rays = 32, most_rays = 1024;
@@ -453,6 +455,11 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
         settings.bounces.directions *= 4;
         rays.reset();
     }
+    if (target.stops_early && root(measured.indirect.square) > stopping_share * target.error) {
+        bake.end = SearchEnd::indirect_light;
+        bake.is_stopped = true;
+        return bake;
+    }
     if (bake.indirect) bake.gathering_rays = bake.indirect->gathering_rays;
     const VertexMask displayed = displayed_vertices(direct.scene, population);
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
@@ -460,6 +467,7 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
     HF_TRY_DONE(Search(shading, target, meter, measured)(
         radiant_fine_meshes(direct.scene, std::move(radiance), shading.indirect), displayed, bake, progress));
+    bake.is_stopped = target.stops_early && bake.end == SearchEnd::indirect_light;
     return bake;
 }
 

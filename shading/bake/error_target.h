@@ -12,6 +12,9 @@ struct ErrorTarget {
     bool by_view = true;                                             ///< RefinementSettings::by_view.
     /// The largest RenderSettings::face_size that the search may choose; the settings have the smallest.
     int most_face_size = 0;
+    /// True: the search stops when it finds that indirect light is not accurate enough; before the
+    /// refinement, if it can.
+    bool stops_early = false;
 };
 
 /// The reason for which a search ended.
@@ -37,6 +40,7 @@ struct TargetBake {
     int face_size = 0;          ///< RenderSettings::face_size.
     int rounds = 0;             ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
+    bool is_stopped = false;        ///< By ErrorTarget::stops_early: the meshes are of no use.
 };
 
 /// Bakes a scene to a target error with few vertices.

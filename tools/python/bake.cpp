@@ -56,6 +56,27 @@ struct BakedMesh {
     }
 };
 
+/// Prepares the vertices of a scene and shades them.
+void shade(PythonScene& scene, BakedVertices vertices, RenderChoices choices, const py::object& progress,
+           Bake& bake) {
+    bake.prepared = prepare(scene, progress, vertices);
+    const PreparedScene& prepared = *bake.prepared;
+    choices.shading.face_size = prepared.face_size;
+    apply_bounces(prepared.scene, choices.shading.bounces);
+    bake.baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
+        const auto start = std::chrono::steady_clock::now();
+        const ShadedScene shaded =
+            shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
+        std::vector<std::optional<MeshPoint>> pixels;
+        if (choices.bake.error && !choices.bake.everywhere)
+            pixels = Preview().points(prepared.scene.camera, preview_instances(*prepared.entities, shaded));
+        Result<BakedScene> baked = baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading,
+                                               choices.bake, watched, nullptr, pixels);
+        bake.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return baked;
+    });
+}
+
 std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const py::kwargs& options) {
     RenderChoices choices = render_choices(options, baking, "Scene.bake");
     const bool original_vertices = choices.entities.original_vertices;
@@ -70,27 +91,17 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
             fmt::format("refine is {}; expected None with original_vertices", *choices.bake.refine));
     value_of(check_bake(choices.bake));
     const auto made = std::make_shared<Bake>();
-    made->prepared = prepare(scene, progress,
-                             original_vertices    ? BakedVertices::original
-                             : choices.bake.error ? BakedVertices::search_start
-                                                  : BakedVertices::fine);
-    const PreparedScene& prepared = *made->prepared;
-    choices.shading.face_size = prepared.face_size;
-    apply_bounces(prepared.scene, choices.shading.bounces);
-    made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
-        const auto start = std::chrono::steady_clock::now();
-        const ShadedScene shaded =
-            shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
-        std::vector<std::optional<MeshPoint>> pixels;
-        if (choices.bake.error && !choices.bake.everywhere)
-            pixels = Preview().points(prepared.scene.camera, preview_instances(*prepared.entities, shaded));
-        Result<BakedScene> baked = baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading,
-                                               choices.bake, watched, nullptr, pixels);
-        made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        return baked;
-    });
+    const BakedVertices vertices = original_vertices    ? BakedVertices::original
+                                   : choices.bake.error ? BakedVertices::search_start
+                                                        : BakedVertices::fine;
+    choices.bake.stops_early = search_starts(choices.bake.vertex_budget) == search_starts({});
+    shade(scene, vertices, choices, progress, *made);
+    if (made->baked.search && made->baked.search->is_stopped) {
+        choices.bake.stops_early = false;
+        shade(scene, BakedVertices::finer_search_start, choices, progress, *made);
+    }
     if (original_vertices) {
-        made->original = original_bake(*prepared.entities, made->baked.instances, false);
+        made->original = original_bake(*made->prepared->entities, made->baked.instances, false);
         if (made->original->unvalued > 0)
             warn({fmt::format(
                 "{} of the files' {} vertices belong to no triangle with an area and get radiance "

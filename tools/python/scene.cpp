@@ -75,10 +75,12 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     if (!shared_entities) {
         SceneEntityOptions options = options_;
         options.original_vertices = vertices == BakedVertices::original;
-        const bool is_searched = vertices == BakedVertices::search_start;
-        if (is_searched) options.fields = search_fields(scene_, Occlusion::automatic);
+        std::optional<std::uint32_t> start;
+        if (vertices == BakedVertices::search_start) start = search_starts({}).front();
+        if (vertices == BakedVertices::finer_search_start) start = search_starts({}).back();
+        if (start) options.fields = search_fields(scene_, Occlusion::automatic);
         HF_TRY(SceneEntities entities,
-               prepare_scene_entities(is_searched ? search_start(scene_) : scene_, options, progress));
+               prepare_scene_entities(start ? search_start(scene_, *start) : scene_, options, progress));
         made->warnings.insert(made->warnings.end(), entities.warnings.begin(), entities.warnings.end());
         shared_entities = std::make_shared<const SceneEntities>(std::move(entities));
     }

@@ -26,8 +26,9 @@ struct PreparedScene {
 };
 
 /// The vertices of a prepared scene: those of the fine meshes, those of
-/// SceneEntityOptions::original_vertices, or those from which a search starts (search_start).
-enum class BakedVertices { fine, original, search_start };
+/// SceneEntityOptions::original_vertices, or those from which the first or the second search starts
+/// (search_starts without a vertex budget).
+enum class BakedVertices { fine, original, search_start, finer_search_start };
 
 /// A scene with cached results of its preparation. Thread-safe.
 class PythonScene {
@@ -60,7 +61,7 @@ private:
     Scene scene_;
     SceneEntityOptions options_;
     mutable std::timed_mutex mutex_;  ///< Guards the members below, and options_.
-    std::array<Made, 3> made_;        ///< By BakedVertices.
+    std::array<Made, 4> made_;        ///< By BakedVertices.
 };
 
 /// Returns the prepared scene. Issues its warnings; can be interrupted by Ctrl-C.
