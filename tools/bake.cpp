@@ -176,7 +176,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     SceneEntities entities;
     ShadedScene shaded;
     BakedScene baked;
-    const Stopwatch watch;
+    Stopwatch watch;
     for (std::size_t n = 0; n == 0 || (baked.search && baked.search->is_stopped); ++n) {
         render.bake.stops_early = n + 1 < starts.size();
         HF_TRY(entities, opened_entities(render.bake.error ? search_start(scene, starts[n]) : scene, render,
@@ -184,6 +184,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         if (n == 0) {
             HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
             expose_room(scene, entities, environment, context);
+            watch = Stopwatch();  // Without the preparation.
         }
         shaded = shaded_scene(scene, entities, environment);
         std::vector<std::optional<MeshPoint>> pixels;
