@@ -46,8 +46,7 @@ std::size_t wanted_vertices(const Scene& scene) {
 }  // namespace
 
 std::vector<std::uint32_t> search_starts(std::optional<std::size_t> vertex_budget) {
-    constexpr std::size_t many = search_vertices / 2;
-    const std::size_t finer = std::min(many, vertex_budget.value_or(search_vertices) / 2);
+    const std::size_t finer = std::min(search_vertices, vertex_budget.value_or(search_vertices)) / 2;
     if (finer < 4 * search_start_vertices) return {search_start_vertices};
     return {search_start_vertices, std::uint32_t(finer)};
 }

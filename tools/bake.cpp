@@ -186,7 +186,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
             expose_room(scene, entities, environment, context);
             watch = Stopwatch();  // Without the preparation.
         }
-        shaded = shaded_scene(scene, entities, environment);
+        shaded = shaded_scene(scene, entities, std::move(n == 0 ? environment : shaded.environment));
         std::vector<std::optional<MeshPoint>> pixels;
         if (render.bake.error && !render.bake.everywhere)
             pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
