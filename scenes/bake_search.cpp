@@ -1,7 +1,5 @@
 #include "scenes/bake_search.h"
 
-#include "scenes/scene_bake.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,6 +56,17 @@ Scene search_start(const Scene& scene, std::uint32_t vertices) {
         for (Entity& entity : start.entities)
             entity.fine_vertices = std::uint32_t(double(entity.fine_vertices) * share);
     return start;
+}
+
+Result<BakedScene> repeated_bake(const BakeOptions& options, const BakeAttempt& attempt) {
+    if (!options.error) return attempt({}, options);
+    const std::vector<std::uint32_t> starts = search_starts(options.vertex_budget);
+    BakeOptions chosen = options;
+    for (std::size_t n = 0;; ++n) {
+        chosen.stops_early = n + 1 < starts.size();
+        HF_TRY(BakedScene baked, attempt(starts[n], chosen));
+        if (!baked.search->is_stopped) return baked;
+    }
 }
 
 FieldExtent search_fields(const Scene& scene, Occlusion occlusion) {

@@ -1,8 +1,9 @@
 #pragma once
 /// Prepares the search for a bake with a wanted error: its start, its limits and the points that it measures.
 
-#include "scenes/scene_entities.h"
-#include "shading/bake/error_target.h"
+#include "scenes/scene_bake.h"
+
+#include <functional>
 
 namespace haarfield {
 
@@ -21,6 +22,16 @@ std::vector<std::uint32_t> search_starts(std::optional<std::size_t> vertex_budge
 ///
 /// vertices  of search_starts.
 Scene search_start(const Scene& scene, std::uint32_t vertices = search_start_vertices);
+
+/// One bake: from the fine vertices of search_start, or from the scene's own without a start.
+using BakeAttempt =
+    std::function<Result<BakedScene>(std::optional<std::uint32_t> start, const BakeOptions& options)>;
+
+/// Bakes once without BakeOptions::error. With it, searches from each of search_starts in turn, until one
+/// search is not stopped early.
+///
+/// errors  those of the attempts.
+Result<BakedScene> repeated_bake(const BakeOptions& options, const BakeAttempt& attempt);
 
 /// Returns the samples of fields that a search uses: none if every object can be rasterized at each point,
 /// the surroundings in scenes of many objects or with Occlusion::fields. The result does not depend on the

@@ -251,17 +251,21 @@ TEST(ErrorTarget, EndsAtTheVertexBudget) {
 TEST(ErrorTarget, StopsEarlyIfIndirectLightIsNotAccurateEnough) {
     LitBox lit;
     make_accurate(lit);
-    lit.settings.bounces.most = 2;
-    const auto bake = [&](double error) {
+    const auto bake = [&](double error, int most) {
+        lit.settings.bounces.most = most;
         return *target_bake(lit.shading, {error, 100000, false, 0, true},
                             area_points(lit.example.scene, 4096));
     };
-    const TargetBake stopped = bake(0.0005), reached = bake(0.06);
+    const TargetBake stopped = bake(0.003, any_bounces), reached = bake(0.06, any_bounces);
     EXPECT_TRUE(stopped.is_stopped);
     EXPECT_EQ(stopped.end, SearchEnd::indirect_light);
     EXPECT_EQ(stopped.shaded_points, 0u) << "of the refinement";
     EXPECT_FALSE(reached.is_stopped);
     EXPECT_EQ(reached.meshes.size(), lit.example.scene.instances.size());
+
+    const TargetBake one_bounce = bake(0.003, 1);
+    EXPECT_FALSE(one_bounce.is_stopped) << "more vertices do not replace bounces";
+    EXPECT_EQ(one_bounce.end, SearchEnd::indirect_light);
 }
 
 TEST(ErrorTarget, DoesNotDependOnTheNumberOfThreads) {

@@ -172,29 +172,29 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     HF_TRY(Environment environment, opened_environment(scene, context));
     if (render.bake.error) render.entities.fields = search_fields(scene, render.shading.occlusion);
     if (render.bake.evaluator == Evaluator::rays) render.entities.fields = FieldExtent::none;
-    const std::vector<std::uint32_t> starts = search_starts(render.bake.vertex_budget);
     SceneEntities entities;
     ShadedScene shaded;
-    BakedScene baked;
-    Stopwatch watch;
-    for (std::size_t n = 0; n == 0 || (baked.search && baked.search->is_stopped); ++n) {
-        render.bake.stops_early = n + 1 < starts.size();
-        HF_TRY(entities, opened_entities(render.bake.error ? search_start(scene, starts[n]) : scene, render,
-                                         output, context));
-        if (n == 0) {
+    std::optional<Stopwatch> watch;  // Without the first preparation.
+    const BakeAttempt attempt = [&](std::optional<std::uint32_t> start,
+                                    const BakeOptions& bake) -> Result<BakedScene> {
+        HF_TRY(entities,
+               opened_entities(start ? search_start(scene, *start) : scene, render, output, context));
+        if (!watch) {
             HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
             expose_room(scene, entities, environment, context);
-            watch = Stopwatch();  // Without the preparation.
+            shaded.environment = std::move(environment);
+            watch.emplace();
         }
-        shaded = shaded_scene(scene, entities, std::move(n == 0 ? environment : shaded.environment));
+        shaded = shaded_scene(scene, entities, std::move(shaded.environment));
         std::vector<std::optional<MeshPoint>> pixels;
-        if (render.bake.error && !render.bake.everywhere)
+        if (bake.error && !bake.everywhere)
             pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
         std::optional<PointSharing> sharing;
         if (context.share) sharing = point_sharing(*context.share);
-        HF_TRY(baked, baked_scene(scene, entities, shaded, render.shading, render.bake, context.progress,
-                                  sharing ? &*sharing : nullptr, pixels));
-    }
+        return baked_scene(scene, entities, shaded, render.shading, bake, context.progress,
+                           sharing ? &*sharing : nullptr, pixels);
+    };
+    HF_TRY(const BakedScene baked, repeated_bake(render.bake, attempt));
     if (context.share && !context.share->joins) return ExitCode::done;
     if (baked.search) report_search(scene, *baked.search, context);
     if (baked.refinement)
@@ -207,7 +207,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         context.report["bounces"] = {{"computed", baked.bounces->computed},
                                      {"left_out", baked.bounces->left_out},
                                      {"matrix_bytes", baked.bounces->matrix_bytes}};
-    const RunTime shading = watch.elapsed();
+    const RunTime shading = watch->elapsed();
 
     const std::vector<BakedInstance>& instances = baked.instances;
     std::size_t vertices = 0;

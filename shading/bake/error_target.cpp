@@ -19,6 +19,9 @@ constexpr double margin = 0.97;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
+/// Neither more directions nor more vertices are tried if the bounces that are left out exceed this share of
+/// the target.
+constexpr double largest_left_out_share = 0.5;
 /// A search may stop early if the error of indirect light exceeds this share of the target.
 constexpr double stopping_share = 0.8;
 /// The share of the target that the noise of gathered irradiance may have.
@@ -391,6 +394,63 @@ int chosen_gathering_rays(const PointShading& lit, const ErrorTarget& target,
     return rays;
 }
 
+/// Indirect light, and the error of the shading with it.
+struct IndirectChoice {
+    IndirectLight light;
+    int directions = 0;  ///< BounceSettings::directions.
+    BakeErrorMeter::Shading measured;
+
+    double error() const { return root(measured.indirect.square); }
+    bool leaves_out(double wanted) const { return light.left_out > largest_left_out_share * wanted; }
+};
+
+/// Chooses the indirect light: the first one that is accurate enough, or else the most accurate one. Tries
+/// focused_indirect_light second, and then more directions.
+///
+/// direct    its settings have the fewest directions.
+/// radiance  of the direct light, by instance and vertex.
+/// meter     of the direct light.
+Result<IndirectChoice> chosen_indirect_light(const PointShading& direct, const ErrorTarget& target,
+                                             std::span<const DisplayedPoint> population,
+                                             const SceneRadiance& radiance, BakeErrorMeter meter,
+                                             const Progress& progress) {
+    RenderSettings settings = direct.settings;
+    std::optional<BounceRays> rays;
+    const auto tried = [&](bool is_focused) -> Result<IndirectChoice> {
+        PointShading lit{direct.scene, direct.geometry, direct.light, settings};
+        if (!rays) {
+            HF_TRY(rays, bounce_rays(direct.scene, direct.geometry, settings, progress));
+        }
+        HF_TRY(IndirectLight light, is_focused ? focused_indirect_light(lit, radiance, *rays, progress)
+                                               : scene_indirect_light(lit, radiance, *rays, progress));
+        lit.indirect = &light;
+        light.gathering_rays = chosen_gathering_rays(lit, target, population, radiance);
+        HF_TRY(BakeErrorMeter::Shading measured,
+               BakeErrorMeter(lit, meter).shading_error(target.error, progress));
+        return IndirectChoice{std::move(light), settings.bounces.directions, std::move(measured)};
+    };
+    const double wanted = largest_indirect_share * target.error;
+    HF_TRY(IndirectChoice best, tried(false));
+    bool is_focused = false;
+    const auto try_another = [&](bool with_focus) -> Result<Done> {
+        HF_TRY(IndirectChoice other, tried(with_focus));
+        is_focused = with_focus && other.error() < best.error();
+        if (other.error() < best.error()) best = std::move(other);
+        return Done{};
+    };
+    if (best.error() > wanted) HF_TRY_DONE(try_another(true));
+    double before = std::numeric_limits<double>::infinity();
+    // More directions remove noise alone.
+    while (best.error() > wanted && best.error() <= 0.8 * before && !best.leaves_out(target.error) &&
+           settings.bounces.directions * 4 <= most_directions) {
+        before = best.error();
+        settings.bounces.directions *= 4;
+        rays.reset();
+        HF_TRY_DONE(try_another(is_focused));
+    }
+    return best;
+}
+
 }  // namespace
 
 Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
@@ -410,64 +470,33 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     };
     bake.face_size = settings.face_size;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
-    struct Attempt {
-        IndirectLight light;
-        BakeErrorMeter::Shading measured;
-        int directions;
-        double error;
-    };
+    meter = BakeErrorMeter(lit(), meter);
     BakeErrorMeter::Shading measured;
-    std::optional<Attempt> best;     // Of those that are not accurate enough.
-    std::optional<BounceRays> rays;  // With the current number of directions.
-    bool is_focused = false, focus_is_tried = false;
-    for (double before = std::numeric_limits<double>::infinity();;) {
-        if (settings.bounces.most > 0) {
-            bake.indirect.reset();
-            if (!rays) {
-                HF_TRY(rays, bounce_rays(direct.scene, lit().geometry, settings, progress));
-            }
-            HF_TRY(bake.indirect, is_focused ? focused_indirect_light(lit(), radiance, *rays, progress)
-                                             : scene_indirect_light(lit(), radiance, *rays, progress));
-            bake.directions = settings.bounces.directions;
-            bake.indirect->gathering_rays = chosen_gathering_rays(lit(), target, population, radiance);
-        }
+    bool stops_early = target.stops_early;
+    if (settings.bounces.most > 0) {
+        HF_TRY(IndirectChoice choice, chosen_indirect_light(lit(), target, population, radiance,
+                                                            BakeErrorMeter(lit(), meter), progress));
+        settings.bounces.directions = bake.directions = choice.directions;
+        stops_early = stops_early && !choice.leaves_out(target.error);
+        bake.indirect = std::move(choice.light);
+        bake.gathering_rays = bake.indirect->gathering_rays;
+        measured = std::move(choice.measured);
         meter = BakeErrorMeter(lit(), meter);
+    } else {
         HF_TRY(measured, meter.shading_error(target.error, progress));
-        const double error = root(measured.indirect.square);
-        if (error <= largest_indirect_share * target.error) break;
-        if (!best || error < best->error)
-            best.emplace(Attempt{std::move(*bake.indirect), measured, bake.directions, error});
-        else
-            is_focused = false;
-        if (!std::exchange(focus_is_tried, true)) {
-            is_focused = true;
-            continue;
-        }
-        // More directions remove noise alone.
-        if (best->error > 0.8 * before || settings.bounces.directions * 4 > most_directions) {
-            bake.indirect = std::move(best->light);
-            bake.directions = best->directions;
-            measured = best->measured;
-            meter = BakeErrorMeter(lit(), meter);
-            break;
-        }
-        before = best->error;
-        settings.bounces.directions *= 4;
-        rays.reset();
     }
-    if (target.stops_early && root(measured.indirect.square) > stopping_share * target.error) {
+    if (stops_early && root(measured.indirect.square) > stopping_share * target.error) {
         bake.end = SearchEnd::indirect_light;
         bake.is_stopped = true;
         return bake;
     }
-    if (bake.indirect) bake.gathering_rays = bake.indirect->gathering_rays;
     const VertexMask displayed = displayed_vertices(direct.scene, population);
     if (bake.indirect) HF_TRY_DONE(gather_irradiance(lit(), displayed, *bake.indirect, progress));
     const PointShading shading = lit();
     if (shading.indirect) HF_TRY_DONE(add_indirect_radiance(shading, radiance, progress));
     HF_TRY_DONE(Search(shading, target, meter, measured)(
         radiant_fine_meshes(direct.scene, std::move(radiance), shading.indirect), displayed, bake, progress));
-    bake.is_stopped = target.stops_early && bake.end == SearchEnd::indirect_light;
+    bake.is_stopped = stops_early && bake.end == SearchEnd::indirect_light;
     return bake;
 }
 

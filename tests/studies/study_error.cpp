@@ -206,23 +206,19 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
             warm = second.elapsed().processor;
         }
         const SceneEntities* entities = bake.error ? &searched : &own;
-        ShadedScene lit = shaded_scene(scene, *entities, light.environment);
+        ShadedScene lit;
         const Stopwatch watch;
-        const auto shade = [&] {
+        const BakeAttempt attempt = [&](std::optional<std::uint32_t> start, const BakeOptions& chosen) {
+            if (start && *start != search_start_vertices) {
+                own = value_or_exit(prepare_scene_entities(search_start(scene, *start), meshes));
+                entities = &own;
+            }
+            lit = shaded_scene(scene, *entities, light.environment);
             const auto pixels = bake.error ? Preview().points(scene.camera, preview_instances(*entities, lit))
                                            : std::vector<std::optional<MeshPoint>>();
-            return value_or_exit(baked_scene(scene, *entities, lit, settings, bake, {}, nullptr, pixels));
+            return baked_scene(scene, *entities, lit, settings, chosen, {}, nullptr, pixels);
         };
-        bake.stops_early = true;
-        BakedScene baked = shade();
-        if (baked.search && baked.search->is_stopped) {
-            bake.stops_early = false;
-            own =
-                value_or_exit(prepare_scene_entities(search_start(scene, search_starts({}).back()), meshes));
-            entities = &own;
-            lit = shaded_scene(scene, own, light.environment);
-            baked = shade();
-        }
+        const BakedScene baked = value_or_exit(repeated_bake(bake, attempt));
         const double spent = watch.elapsed().processor;
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();

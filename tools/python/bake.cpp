@@ -57,13 +57,15 @@ struct BakedMesh {
 };
 
 /// Prepares the vertices of a scene and shades them.
-void shade(PythonScene& scene, BakedVertices vertices, RenderChoices choices, const py::object& progress,
-           Bake& bake) {
+///
+/// bake  receives the prepared scene and the time.
+BakedScene shaded_bake(PythonScene& scene, const BakedVertices& vertices, RenderChoices choices,
+                       const py::object& progress, Bake& bake) {
     bake.prepared = prepare(scene, progress, vertices);
     const PreparedScene& prepared = *bake.prepared;
     choices.shading.face_size = prepared.face_size;
     apply_bounces(prepared.scene, choices.shading.bounces);
-    bake.baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
+    return long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
             shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
@@ -91,15 +93,12 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
             fmt::format("refine is {}; expected None with original_vertices", *choices.bake.refine));
     value_of(check_bake(choices.bake));
     const auto made = std::make_shared<Bake>();
-    const BakedVertices vertices = original_vertices    ? BakedVertices::original
-                                   : choices.bake.error ? BakedVertices::search_start
-                                                        : BakedVertices::fine;
-    choices.bake.stops_early = search_starts(choices.bake.vertex_budget) == search_starts({});
-    shade(scene, vertices, choices, progress, *made);
-    if (made->baked.search && made->baked.search->is_stopped) {
-        choices.bake.stops_early = false;
-        shade(scene, BakedVertices::finer_search_start, choices, progress, *made);
-    }
+    const BakeAttempt attempt = [&](std::optional<std::uint32_t> start,
+                                    const BakeOptions& chosen) -> Result<BakedScene> {
+        choices.bake = chosen;
+        return shaded_bake(scene, {original_vertices, start}, choices, progress, *made);
+    };
+    made->baked = value_of(repeated_bake(BakeOptions(choices.bake), attempt));
     if (original_vertices) {
         made->original = original_bake(*made->prepared->entities, made->baked.instances, false);
         if (made->original->unvalued > 0)

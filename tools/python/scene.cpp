@@ -60,11 +60,11 @@ void PythonScene::set_options(const SceneEntityOptions& options) {
     made_ = {};
 }
 
-Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices vertices,
+Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(const BakedVertices& vertices,
                                                                    const Progress& progress) {
     const Turn turn(mutex_, progress);
     if (!turn) return interruption();
-    auto& [shared_entities, shared] = made_[static_cast<std::size_t>(vertices)];
+    auto& [shared_entities, shared] = made_[vertices];
     if (shared) return shared;
     const auto made = std::make_shared<PreparedScene>();
     made->scene = scene_;
@@ -74,10 +74,8 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     made->warnings = made->light.warnings;
     if (!shared_entities) {
         SceneEntityOptions options = options_;
-        options.original_vertices = vertices == BakedVertices::original;
-        std::optional<std::uint32_t> start;
-        if (vertices == BakedVertices::search_start) start = search_starts({}).front();
-        if (vertices == BakedVertices::finer_search_start) start = search_starts({}).back();
+        options.original_vertices = vertices.original;
+        const std::optional<std::uint32_t> start = vertices.search_start;
         if (start) options.fields = search_fields(scene_, Occlusion::automatic);
         HF_TRY(SceneEntities entities,
                prepare_scene_entities(start ? search_start(scene_, *start) : scene_, options, progress));
@@ -114,12 +112,12 @@ std::shared_ptr<PythonScene> PythonScene::changed(const py::dict& changes) const
     const std::lock_guard lock(mutex_);
     result->options_ = options_;
     if (same("entities") && same("materials") && same("instances"))
-        for (std::size_t i = 0; i < made_.size(); ++i) result->made_[i].entities = made_[i].entities;
+        for (const auto& [vertices, made] : made_) result->made_[vertices].entities = made.entities;
     return result;
 }
 
 std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
-                                             BakedVertices vertices) {
+                                             const BakedVertices& vertices) {
     const auto prepared = long_call<std::shared_ptr<const PreparedScene>>(
         progress, [&](const Progress& watched) { return scene.prepared(vertices, watched); });
     if (!prepared->is_told.exchange(true)) warn(prepared->warnings);

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include <atomic>
+#include <map>
 
 namespace haarfield::python {
 
@@ -25,10 +26,13 @@ struct PreparedScene {
     mutable std::atomic<bool> is_told = false;  ///< True if the warnings have been issued.
 };
 
-/// The vertices of a prepared scene: those of the fine meshes, those of
-/// SceneEntityOptions::original_vertices, or those from which the first or the second search starts
-/// (search_starts without a vertex budget).
-enum class BakedVertices { fine, original, search_start, finer_search_start };
+/// The vertices of a prepared scene; those of the fine meshes by default. At most one member is set.
+struct BakedVertices {
+    bool original = false;                        ///< Those of SceneEntityOptions::original_vertices.
+    std::optional<std::uint32_t> search_start{};  ///< Those of search_start.
+
+    auto operator<=>(const BakedVertices&) const = default;
+};
 
 /// A scene with cached results of its preparation. Thread-safe.
 class PythonScene {
@@ -44,7 +48,8 @@ public:
     void set_options(const SceneEntityOptions& options);
 
     /// Returns the prepared scene; prepares it if necessary.
-    Result<std::shared_ptr<const PreparedScene>> prepared(BakedVertices vertices, const Progress& progress);
+    Result<std::shared_ptr<const PreparedScene>> prepared(const BakedVertices& vertices,
+                                                          const Progress& progress);
 
     /// Returns another scene with changes. Shares prepared data if entities, materials and instances are
     /// unchanged.
@@ -61,12 +66,12 @@ private:
     Scene scene_;
     SceneEntityOptions options_;
     mutable std::timed_mutex mutex_;  ///< Guards the members below, and options_.
-    std::array<Made, 4> made_;        ///< By BakedVertices.
+    std::map<BakedVertices, Made> made_;
 };
 
 /// Returns the prepared scene. Issues its warnings; can be interrupted by Ctrl-C.
 std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
-                                             BakedVertices vertices = BakedVertices::fine);
+                                             const BakedVertices& vertices = {});
 
 /// Returns a placement as a matrix of four rows, which multiplies column vectors.
 py::array matrix_of(const Placement& placement);
