@@ -52,11 +52,12 @@ wait_for 20 test -S "$folder/munge/socket" || skip "munged does not start: $(tai
 host=$(hostname -s)
 memory=$(awk '$1 == "MemTotal:" { print int($2 / 1024 * 0.9) }' /proc/meminfo) # MB
 port=$((20000 + $$ % 20000))
+# A job of a node that failed may start again when its credential has expired, after 120 s by default.
 cat >"$folder/slurm.conf" <<CONF
 ClusterName=haarfield
 SlurmctldHost=$host(127.0.0.1)
 AuthType=auth/munge
-AuthInfo=socket=$folder/munge/socket
+AuthInfo=socket=$folder/munge/socket,cred_expire=10
 CryptoType=crypto/munge
 MpiDefault=none
 ProctrackType=proctrack/pgid
