@@ -65,7 +65,7 @@ Result<BakedScene> repeated_bake(const BakeOptions& options, const BakeAttempt& 
     for (std::size_t n = 0;; ++n) {
         chosen.stops_early = n + 1 < starts.size();
         HF_TRY(BakedScene baked, attempt(starts[n], chosen));
-        if (!baked.search->is_stopped) return baked;
+        if (!baked.search || !baked.search->is_stopped) return baked;
     }
 }
 
