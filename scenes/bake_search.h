@@ -1,5 +1,6 @@
 #pragma once
 /// Prepares the search for a bake with a wanted error: its start, its limits and the points that it measures.
+/// Repeats a search that stopped early.
 
 #include "scenes/scene_bake.h"
 

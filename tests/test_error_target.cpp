@@ -137,7 +137,7 @@ TEST(BakeError, MetersOfOneSceneShareReferences) {
     BakeErrorMeter second(lit.shading, first);
     EXPECT_EQ(second.shading_error(0.02)->direct.square,
               BakeErrorMeter(lit.shading, points).shading_error(0.02)->direct.square);
-    // A higher accuracy needs references of its own.
+    // A higher accuracy needs separate references.
     EXPECT_EQ(second.shading_error(0.01)->direct.square,
               BakeErrorMeter(lit.shading, points).shading_error(0.01)->direct.square);
 }

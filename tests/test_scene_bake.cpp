@@ -51,5 +51,34 @@ TEST(SceneBake, ASecondSearchStartsWithMoreVerticesIfTheBudgetAllows) {
     EXPECT_EQ(search_start(scene).entities[1].fine_vertices, 9800u);
 }
 
+TEST(SceneBake, SearchesAgainWhileASearchStopsEarly) {
+    std::vector<std::optional<std::uint32_t>> starts;
+    std::vector<bool> stops_early;
+    bool is_stopped = true;
+    const BakeAttempt attempt = [&](std::optional<std::uint32_t> start,
+                                    const BakeOptions& options) -> Result<BakedScene> {
+        starts.push_back(start);
+        stops_early.push_back(options.stops_early);
+        BakedScene baked;
+        if (options.error) baked.search.emplace().is_stopped = is_stopped && options.stops_early;
+        return baked;
+    };
+    BakeOptions options;
+    ASSERT_TRUE(repeated_bake(options, attempt));
+    EXPECT_EQ(starts, (std::vector<std::optional<std::uint32_t>>{std::nullopt}));
+
+    starts.clear();
+    stops_early.clear();
+    options.error = 0.01;
+    EXPECT_FALSE(repeated_bake(options, attempt)->search->is_stopped);
+    EXPECT_EQ(starts, (std::vector<std::optional<std::uint32_t>>{10000, 100000}));
+    EXPECT_EQ(stops_early, (std::vector<bool>{true, false}));
+
+    starts.clear();
+    is_stopped = false;
+    ASSERT_TRUE(repeated_bake(options, attempt));
+    EXPECT_EQ(starts, (std::vector<std::optional<std::uint32_t>>{10000}));
+}
+
 }  // namespace
 }  // namespace haarfield

@@ -409,10 +409,10 @@ struct IndirectChoice {
 ///
 /// direct    its settings have the fewest directions.
 /// radiance  of the direct light, by instance and vertex.
-/// meter     of the direct light.
+/// meter     of the same scene; its references are shared.
 Result<IndirectChoice> chosen_indirect_light(const PointShading& direct, const ErrorTarget& target,
                                              std::span<const DisplayedPoint> population,
-                                             const SceneRadiance& radiance, BakeErrorMeter meter,
+                                             const SceneRadiance& radiance, const BakeErrorMeter& meter,
                                              const Progress& progress) {
     RenderSettings settings = direct.settings;
     std::optional<BounceRays> rays;
@@ -470,19 +470,19 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     };
     bake.face_size = settings.face_size;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
-    meter = BakeErrorMeter(lit(), meter);
     BakeErrorMeter::Shading measured;
     bool stops_early = target.stops_early;
     if (settings.bounces.most > 0) {
-        HF_TRY(IndirectChoice choice, chosen_indirect_light(lit(), target, population, radiance,
-                                                            BakeErrorMeter(lit(), meter), progress));
+        HF_TRY(IndirectChoice choice,
+               chosen_indirect_light(lit(), target, population, radiance, meter, progress));
         settings.bounces.directions = bake.directions = choice.directions;
         stops_early = stops_early && !choice.leaves_out(target.error);
         bake.indirect = std::move(choice.light);
         bake.gathering_rays = bake.indirect->gathering_rays;
         measured = std::move(choice.measured);
-        meter = BakeErrorMeter(lit(), meter);
-    } else {
+    }
+    meter = BakeErrorMeter(lit(), meter);
+    if (!bake.indirect) {
         HF_TRY(measured, meter.shading_error(target.error, progress));
     }
     if (stops_early && root(measured.indirect.square) > stopping_share * target.error) {

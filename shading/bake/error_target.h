@@ -13,7 +13,8 @@ struct ErrorTarget {
     /// The largest RenderSettings::face_size that the search may choose; the settings have the smallest.
     int most_face_size = 0;
     /// True: the search stops when it finds that indirect light is not accurate enough; before the
-    /// refinement, if it can. It does not stop where the cause is BounceSettings::most.
+    /// refinement, if it can. It does not stop where the cause is that bounces
+    /// are left out.
     bool stops_early = false;
 };
 

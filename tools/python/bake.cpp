@@ -95,10 +95,11 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
     const auto made = std::make_shared<Bake>();
     const BakeAttempt attempt = [&](std::optional<std::uint32_t> start,
                                     const BakeOptions& chosen) -> Result<BakedScene> {
-        choices.bake = chosen;
-        return shaded_bake(scene, {original_vertices, start}, choices, progress, *made);
+        RenderChoices of_attempt = choices;
+        of_attempt.bake = chosen;
+        return shaded_bake(scene, {original_vertices, start}, std::move(of_attempt), progress, *made);
     };
-    made->baked = value_of(repeated_bake(BakeOptions(choices.bake), attempt));
+    made->baked = value_of(repeated_bake(choices.bake, attempt));
     if (original_vertices) {
         made->original = original_bake(*made->prepared->entities, made->baked.instances, false);
         if (made->original->unvalued > 0)
