@@ -120,9 +120,56 @@ TEST(BakeError, ShadingIsComparedWithUnbiasedReferences) {
     for (Rgb& pixel : brighter.image.pixels) pixel *= 1.1f;
     lit.light = scene_light(brighter, lit.settings);
     const BakeErrorMeter::Shading found = *BakeErrorMeter(lit.shading, points).shading_error(0.01);
-    EXPECT_NEAR(std::sqrt(found.direct.square), 0.1 / 1.1, 0.012);
+    EXPECT_NEAR(std::sqrt(found.direct.square), 0.1, 0.012);
     EXPECT_NEAR(found.all.square, found.direct.square, 1e-12);
     EXPECT_EQ(found.indirect.square, 0);
+}
+
+TEST(BakeError, IsRelativeToTheRadianceOfFewBrightPoints) {
+    LitBox lit;
+    make_accurate(lit);
+    std::vector<DisplayedPoint> points = floor_points(lit, 40000);
+    // One point in 5,000 has nine tenths of the mean square.
+    for (std::size_t k = 2500; k < points.size(); k += 5000) points[k].diffuse = Rgb(300.0f);
+    const SceneRadiance radiance = *scene_radiance(lit.shading);
+    const auto bake = by_vertices(lit, radiance);
+    const std::vector<Outgoing> exact = *point_radiance(lit.shading, surface_points(lit, points));
+    double error = 0, all = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Vec3d shown = points[k].displayed(exact[k]);
+        const Vec3d off = points[k].displayed(bake(points[k].at).radiance) - shown;
+        error += off.dot(off);
+        all += shown.dot(shown);
+    }
+    const double expected = std::sqrt(error / all);
+    BakeErrorMeter meter(lit.shading, points);
+    for (std::uint32_t seed = 0; seed < 3; ++seed)
+        EXPECT_NEAR(std::sqrt(meter.interpolation_error(bake, seed)->square.square), expected,
+                    0.15 * expected);
+}
+
+TEST(BakeError, TotalIsThatOfTheBakeWhereItsSummandsDependOnEachOther) {
+    LitBox lit;
+    make_accurate(lit);
+    const std::vector<DisplayedPoint> points = floor_points(lit, 2048);
+    // Shading that is too bright by a tenth.
+    Environment brighter = lit.example.scene.environment;
+    for (Rgb& pixel : brighter.image.pixels) pixel *= 1.1f;
+    lit.light = scene_light(brighter, lit.settings);
+    BakeErrorMeter meter(lit.shading, points);
+    const BakeErrorMeter::Shading shading = *meter.shading_error(0.01);
+    for (const double brightness : {1.05, 1.2}) {
+        const BakeErrorMeter::DisplayedRadiance bake = [&](const MeshPoint& at) {
+            BakeErrorMeter::Displayed shown;
+            shown.radiance =
+                (*point_radiance(lit.shading, surface_points(lit, {{at}})))[0] * float(brightness / 1.1);
+            shown.difference = 0.1f * shown.radiance.total().length();
+            return shown;
+        };
+        const BakeError found = meter.error(bake, *meter.steering_error(bake), shading);
+        EXPECT_NEAR(found.total, brightness - 1, 0.015);
+        EXPECT_NEAR(found.at_vertices, 0.1, 0.015);
+    }
 }
 
 TEST(BakeError, MetersOfOneSceneShareReferences) {

@@ -20,6 +20,9 @@ namespace {
 
 constexpr std::size_t steering_points = 2048, path_points = 128;
 constexpr std::size_t resamplings = 200;
+/// Points whose mean square radiance errors are relative to, and the samples of each of their two estimates.
+constexpr std::size_t scale_points = 131072;
+constexpr std::uint32_t scale_samples = 4, scale_sets = 4096;
 /// Paths of a point: of each of the pilot estimates, and of a reference.
 constexpr std::uint32_t pilot_estimates = 4, pilot_samples = 32, least_path_samples = 32,
                         most_path_samples = 16384;
@@ -165,6 +168,7 @@ struct BakeErrorMeter::Truth {
     std::optional<DirectRays> direct_rays;
     std::uint32_t direct_samples = 0;           ///< Of direct_rays; never fewer than before.
     std::vector<DirectPair> of_shading_points;  ///< Of the first points of shading_error, by direct_rays.
+    std::optional<double> direct_square;        ///< The mean square of the direct light, once it is needed.
 };
 
 struct BakeErrorMeter::State {
@@ -224,10 +228,52 @@ struct BakeErrorMeter::State {
         if (!steering.points.empty() || population.empty()) return Done{};
         HF_TRY(steering.points, shaded(chosen(steering_points, 1), progress));
         steering.stratum.assign(steering.points.size(), 0);
-        double sum = 0;
-        for (const ShadedPoint& each : steering.points) sum += square_of(each.displayed_radiance());
-        mean_square = steering.points.empty() ? 0 : sum / double(steering.points.size());
+        HF_TRY_DONE(measure_direct_square(progress));
+        double indirect = 0;  // with its product with direct light
+        for (const ShadedPoint& each : steering.points)
+            indirect +=
+                square_of(each.displayed_radiance()) - square_of(each.displayed.displayed(each.direct));
+        mean_square = *truth->direct_square;
+        if (!steering.points.empty()) mean_square += indirect / double(steering.points.size());
         return Done{};
+    }
+
+    /// Measures the mean square of the direct light by few rays at many points: a few highlights may
+    /// contribute most of it.
+    Result<Done> measure_direct_square(const Progress& progress) const {
+        if (truth->direct_square) return Done{};
+        if (!truth->rays) truth->rays.emplace(shading.scene);
+        const DirectRays rays(*truth->rays, scale_samples, scale_sets);
+        const std::size_t count = std::min(scale_points, population.size());
+        std::vector<std::optional<double>> squares(count);  // none: buried
+        HF_TRY_DONE(parallel_loop(
+            {count},
+            [&]() -> LoopBody {
+                return [&](std::size_t k) {
+                    const std::optional<ShadedPoint> found = point(k * population.size() / count);
+                    if (!found) return;
+                    std::array<Vec3d, 2> estimates;
+                    for (std::uint32_t r = 0; r < 2; ++r)
+                        estimates[r] = found->displayed.displayed(
+                            direct_reference(rays, found->at, 2 * mixed_seed(5, std::uint32_t(k)) + r));
+                    squares[k] = estimates[0].dot(estimates[1]);
+                };
+            },
+            "reference points", progress));
+        double sum = 0, shown = 0;
+        for (const std::optional<double>& square : squares) {
+            sum += square.value_or(0);
+            shown += square.has_value();
+        }
+        truth->direct_square = sum / std::max(1.0, shown);
+        return Done{};
+    }
+
+    /// Returns the direct light of a point by the samples of a set.
+    Outgoing direct_reference(const DirectRays& rays, const InstancePoint& point, std::uint32_t set) const {
+        const ShadedInstance& placed = shading.scene.instances[point.instance];
+        return rays.radiance(point.instance, shading_point(shading.scene, placed, point.point),
+                             shading.scene.entities[placed.entity].materials[point.point.material], set);
     }
 
     /// Sets the number of samples of references, if it is larger than before.
@@ -277,14 +323,9 @@ struct BakeErrorMeter::State {
             [&]() -> LoopBody {
                 return [&](std::size_t n) {
                     const std::size_t k = first + n;
-                    const InstancePoint& point = points[k].at;
-                    const ShadedInstance& placed = shading.scene.instances[point.instance];
-                    const ShadingPoint at = shading_point(shading.scene, placed, point.point);
-                    const Material& material =
-                        shading.scene.entities[placed.entity].materials[point.point.material];
                     for (std::uint32_t r = 0; r < 2; ++r)
-                        added[n][r] = truth->direct_rays->radiance(point.instance, at, material,
-                                                                   2 * std::uint32_t(k) + r);
+                        added[n][r] =
+                            direct_reference(*truth->direct_rays, points[k].at, 2 * std::uint32_t(k) + r);
                 };
             },
             "reference points", progress));
@@ -549,35 +590,39 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
     error.worst = between.worst;
     std::vector<Stratum> strata = between.strata;
     if (strata.empty()) strata.push_back({1, shading.references});
-    std::vector<WeightedValues> direct, indirect, all;
+    std::vector<WeightedValues> direct, indirect, others;
     for (const Stratum& stratum : strata) {
-        WeightedValues& of_direct = direct.emplace_back(WeightedValues{stratum.weight, {}});
-        WeightedValues& of_indirect = indirect.emplace_back(WeightedValues{stratum.weight, {}});
-        WeightedValues both{stratum.weight, {}};
+        WeightedValues of_direct{stratum.weight, {}}, of_indirect = of_direct, with_direct = of_direct,
+                                                      with_indirect = of_direct;
         for (const Reference& reference : stratum.references) {
+            const Vec3d off = reference.point.displayed(bake(reference.point.at).radiance) - reference.shaded;
             of_direct.values.push_back(reference.direct_product);
+            with_direct.values.push_back(reference.direct_product + 2 * off.dot(reference.direct));
             if (reference.has_indirect) {
                 of_indirect.values.push_back(reference.indirect_product);
-                both.values.push_back(reference.indirect_product + reference.mixed_product);
+                with_indirect.values.push_back(reference.indirect_product + reference.mixed_product +
+                                               2 * off.dot(reference.indirect));
             }
-            const Vec3d off = reference.point.displayed(bake(reference.point.at).radiance) - reference.shaded;
             const double here =
                 root(square_of(off + reference.direct + reference.indirect) * state_->scale());
             if (here > error.worst.error) error.worst = {reference.point, here, false};
         }
-        all.push_back(of_direct);
-        all.push_back(std::move(both));
+        direct.push_back(std::move(of_direct));
+        indirect.push_back(std::move(of_indirect));
+        others.push_back(std::move(with_direct));
+        others.push_back(std::move(with_indirect));
         error.references += stratum.references.size();
     }
     error.at_vertices = root(estimate(direct, state_->scale()).square);
     error.indirect = root(estimate(indirect, state_->scale()).square);
-    const SquareEstimate others = estimate(all, state_->scale());
-    // Noise makes the mean square of a small error negative.
-    const auto sum = [](double square, double other) { return root(square + std::max(other, 0.0)); };
-    error.total = sum(between.square.square, others.square);
+    const SquareEstimate beside = estimate(others, state_->scale());
+    // Where interpolation removes noise of the shading, the error is smaller than that of interpolation. More
+    // than that is noise of the estimate.
+    const auto sum = [](double square, double other) { return root(square + std::max(other, -square / 2)); };
+    error.total = sum(between.square.square, beside.square);
     std::vector<double> totals;
     for (std::size_t k = 0; k < between.square.resampled.size(); ++k)
-        totals.push_back(sum(between.square.resampled[k], others.resampled[k]));
+        totals.push_back(sum(between.square.resampled[k], beside.resampled[k]));
     std::ranges::sort(totals);
     if (totals.empty()) return error;
     const auto at = [&](double share) {

@@ -55,9 +55,16 @@ struct BakeError {
 /// shading s of the point, and the error of that shading. The latter is measured against rays
 /// (ray_renderer.h) and paths (path_tracer.h), which use no fields, no wavelets and no transport matrix. Two
 /// independent estimates r1, r2 at each point give its mean square as the mean of (s - r1) (s - r2), to which
-/// the noise of neither contributes. The summands are taken as independent.
+/// the noise of neither contributes. The total includes the product of both summands, the mean of
+/// 2 (b - s) (s - r): where interpolation smooths noise of the shading, the bake is closer to the truth than
+/// either summand says.
+///
+/// Errors are relative to the RMS radiance of up to 131,072 points. Few rays estimate its direct light,
+/// because a few highlights may contribute most of it. The indirect light is that of the bake's shading at
+/// 2,048 points.
 ///
 /// accuracy  bit-identical for any number of threads.
+/// cost      about 1 s of processor time for the RMS radiance, once for all meters of a scene.
 class BakeErrorMeter {
 public:
     /// shading     with its indirect light, if there is any. It must outlive the meter.

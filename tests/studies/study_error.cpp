@@ -25,104 +25,168 @@
 namespace haarfield::baseline {
 namespace {
 
-/// Two independent estimates of the radiance at a pixel.
-struct TruePixel {
-    std::size_t pixel = 0;
-    DisplayedPoint displayed;
-    std::array<Vec3d, 2> radiance;
+/// Samples and paths of each of two independent estimates: rough ones at all pixels, accurate ones at some.
+constexpr std::uint32_t rough_samples = 32, rough_paths = 8, samples = 4096, paths = 1024;
+
+/// Estimates of the radiance at the pixels of a picture, by rays and paths. They share no points with a
+/// search.
+class TruePicture {
+public:
+    TruePicture(const SceneEntities& entities, const ShadedScene& shaded, const Camera& camera,
+                const RenderSettings& settings)
+        : shaded_(shaded), rays_(shaded), surface_(shaded), tracer_(rays_, surface_) {
+        has_bounces_ = settings.bounces.most > 0;
+        const auto pixels = Preview().points(camera, preview_instances(entities, shaded));
+        for (const DisplayedPoint& point : displayed_points(entities, shaded, pixels))
+            if (surface_point(shaded.entities[shaded.instances[point.at.instance].entity], point.at))
+                points_.push_back(point);
+        rough_.resize(points_.size());
+        for_each_point(points_.size(), [&](std::size_t k) {
+            rough_[k] = estimates(points_[k], rough_samples, rough_paths, std::uint32_t(k));
+        });
+        for (const auto& [first, second] : rough_) square_ += first.dot(second);
+    }
+
+    const std::vector<DisplayedPoint>& points() const { return points_; }
+    /// Two rough estimates by point. [W/(m^2 sr)]
+    const std::vector<std::array<Vec3d, 2>>& rough() const { return rough_; }
+    /// The sum of the squares of the radiance. [(W/(m^2 sr))^2]
+    double square() const { return square_; }
+
+    /// Returns two accurate estimates for each of these points.
+    std::vector<std::array<Vec3d, 2>> accurate(std::span<const std::size_t> numbers) const {
+        std::vector<std::array<Vec3d, 2>> result(numbers.size());
+        for_each_point(numbers.size(), [&](std::size_t k) {
+            result[k] = estimates(points_[numbers[k]], samples, paths, 0x40000000u + std::uint32_t(k));
+        });
+        return result;
+    }
+
+private:
+    template <class Body>
+    static void for_each_point(std::size_t count, const Body& body) {
+        (void)parallel_loop({count}, [&]() -> LoopBody { return body; }, "", {});
+    }
+
+    std::array<Vec3d, 2> estimates(const DisplayedPoint& displayed, std::uint32_t by_rays,
+                                   std::uint32_t by_paths, std::uint32_t number) const {
+        const std::size_t i = displayed.at.instance;
+        const ShadedInstance& instance = shaded_.instances[i];
+        const SurfacePoint at = *surface_point(shaded_.entities[instance.entity], displayed.at);
+        const ShadingPoint seen = shading_point(shaded_, instance, at);
+        std::array<Vec3d, 2> result;
+        for (std::uint32_t r = 0; r < 2; ++r) {
+            const std::uint32_t seed = mixed_seed(0x7f000000u + r, number);
+            Outgoing radiance = ray_radiance(rays_, i, at, by_rays, seed);
+            if (has_bounces_) radiance += tracer_.indirect_radiance(seen.from, seen.brdf, by_paths, seed);
+            result[r] = displayed.displayed(radiance);
+        }
+        return result;
+    }
+
+    const ShadedScene& shaded_;
+    const RayScene rays_;
+    const FineSurface surface_;
+    const PathTracer tracer_;
+    bool has_bounces_ = false;
+    std::vector<DisplayedPoint> points_;
+    std::vector<std::array<Vec3d, 2>> rough_;
+    double square_ = 0;
 };
 
-/// Returns the truth at pixels of the picture, by rays and paths. They share no points with a search.
-std::vector<TruePixel> true_pixels(const SceneEntities& entities, const ShadedScene& shaded,
-                                   const Camera& camera, const RenderSettings& settings, std::size_t wanted) {
-    const auto pixels = Preview().points(camera, preview_instances(entities, shaded));
-    const std::vector<DisplayedPoint> all = displayed_points(entities, shaded, pixels);
-    const RayScene rays(shaded);
-    const FineSurface surface(shaded);
-    const PathTracer paths(rays, surface);
-    std::vector<TruePixel> points;
-    for (std::size_t k = 0; k < wanted && !all.empty(); ++k) {
-        // One pixel of each run at random: a regular choice could follow a shadow edge.
-        const double place = double(mixed_seed(37, std::uint32_t(k))) * 0x1p-32;
-        const DisplayedPoint& point =
-            all[std::size_t((double(k) + place) / double(wanted) * double(all.size()))];
-        if (surface_point(shaded.entities[shaded.instances[point.at.instance].entity], point.at))
-            points.push_back({point.pixel, point, {}});
-    }
-    (void)parallel_loop({points.size()},
-                        [&]() -> LoopBody {
-                            return [&](std::size_t k) {
-                                TruePixel& point = points[k];
-                                const std::size_t i = point.displayed.at.instance;
-                                const ShadedInstance& instance = shaded.instances[i];
-                                const ShadedEntity& entity = shaded.entities[instance.entity];
-                                const SurfacePoint at = *surface_point(entity, point.displayed.at);
-                                const ShadingPoint seen = shading_point(shaded, instance, at);
-                                for (std::uint32_t r = 0; r < 2; ++r) {
-                                    const std::uint32_t seed = mixed_seed(0x7f000000u + r, std::uint32_t(k));
-                                    Outgoing radiance = ray_radiance(rays, i, at, 4096, seed);
-                                    if (settings.bounces.most > 0)
-                                        radiance += paths.indirect_radiance(seen.from, seen.brdf, 1024, seed);
-                                    point.radiance[r] = point.displayed.displayed(radiance);
-                                }
-                            };
-                        },
-                        "", {});
-    return points;
-}
+/// The error at a pixel of the sample.
+struct PixelError {
+    DisplayedPoint displayed;
+    Vec3d shown{0.0};              ///< [W/(m^2 sr)]
+    std::array<Vec3d, 2> truth{};  ///< [W/(m^2 sr)]
+    double share = 0;              ///< Its estimated share of the sum of squares over the picture.
+};
 
 /// The true error of a bake.
 struct TrueError {
-    double error = 0;            ///< Relative RMSE; negative if noise makes its square negative.
-    double low = 0, high = 0;    ///< The 90 % interval by resampling of the pixels.
-    std::vector<double> shares;  ///< Of the sum of squares, by pixel of the truth.
-    std::vector<Vec3d> shown;    ///< By pixel of the truth.
+    double error = 0;          ///< Relative RMSE; negative if noise makes its square negative.
+    double low = 0, high = 0;  ///< The 90 % interval by resampling of the pixels.
+    std::vector<PixelError> pixels;
 };
 
 double signed_root(double square) {
     return square > 0 ? std::sqrt(square) : -std::sqrt(-square);
 }
 
-/// Returns the error of a bake: the root of mean((b - r1) (b - r2)), to which noise does not contribute.
-TrueError true_error(const BakedScene& baked, const Camera& camera, const std::vector<TruePixel>& truth) {
+/// Returns what a bake shows at the points of a picture; 0 where it shows another instance.
+std::vector<Vec3d> shown_radiance(const BakedScene& baked, const Camera& camera,
+                                  const std::vector<DisplayedPoint>& points) {
     const auto pixels = Preview().points(camera, baked.instances);
-    TrueError result;
-    std::vector<double> sizes;
-    for (const TruePixel& point : truth) {
-        result.shares.push_back(0);
-        result.shown.emplace_back(0.0);
-        sizes.push_back(0);
+    std::vector<Vec3d> result;
+    for (const DisplayedPoint& point : points) {
+        result.emplace_back(0.0);
         const std::optional<MeshPoint>& at = pixels[point.pixel];
-        if (!at || at->instance != point.displayed.at.instance) continue;
+        if (!at || at->instance != point.at.instance) continue;
         const Mesh& mesh = *baked.instances[at->instance].mesh;
         const std::vector<Outgoing>& values =
             baked.refined.empty() ? baked.fine[at->instance] : baked.refined[at->instance].radiance;
         Outgoing shown;
         for (std::size_t c = 0; c < 3; ++c)
             shown += values[mesh.triangles[at->triangle][c]] * at->weights()[c];
-        const Vec3d here = point.displayed.displayed(shown);
-        result.shown.back() = here;
-        result.shares.back() = (here - point.radiance[0]).dot(here - point.radiance[1]);
-        sizes.back() = point.radiance[0].dot(point.radiance[1]);
+        result.back() = point.displayed(shown);
     }
-    const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
-    const double error = std::accumulate(result.shares.begin(), result.shares.end(), 0.0);
-    result.error = signed_root(error / all);
+    return result;
+}
+
+/// Returns the error of a bake: the root of mean((b - r1) (b - r2)), to which noise does not contribute.
+///
+/// Half of the pixels are chosen uniformly and half in proportion to their square error by the rough
+/// estimates, which finds errors in few pixels. Each counts by the reciprocal of its probability.
+TrueError true_error(const BakedScene& baked, const Camera& camera, const TruePicture& picture,
+                     std::size_t wanted) {
+    const std::vector<DisplayedPoint>& points = picture.points();
+    const std::vector<Vec3d> shown = shown_radiance(baked, camera, points);
+    std::vector<double> probabilities;
+    double all = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Vec3d off = shown[k] - (picture.rough()[k][0] + picture.rough()[k][1]) * 0.5;
+        all += probabilities.emplace_back(off.dot(off));
+    }
+    for (double& each : probabilities)
+        each = 0.5 / double(points.size()) + (all > 0 ? 0.5 * each / all : 0.5 / double(points.size()));
+    // One pixel of each run of equal probability at random: a regular choice could follow a shadow edge.
+    std::vector<std::size_t> numbers;
+    double below = 0;
+    for (std::size_t k = 0, n = 0; k < points.size() && n < wanted;) {
+        const double place =
+            (double(n) + double(mixed_seed(37, std::uint32_t(n))) * 0x1p-32) / double(wanted);
+        if (below + probabilities[k] < place && k + 1 < points.size()) {
+            below += probabilities[k++];
+            continue;
+        }
+        numbers.push_back(k);
+        ++n;
+    }
+    const std::vector<std::array<Vec3d, 2>> truth = picture.accurate(numbers);
+    TrueError result;
+    for (std::size_t n = 0; n < numbers.size(); ++n) {
+        const std::size_t k = numbers[n];
+        const double square = (shown[k] - truth[n][0]).dot(shown[k] - truth[n][1]);
+        result.pixels.push_back({points[k], shown[k], truth[n],
+                                 square / (probabilities[k] * double(numbers.size()) * picture.square())});
+    }
+    const auto sum = [](double before, const PixelError& pixel) { return before + pixel.share; };
+    const double error = std::accumulate(result.pixels.begin(), result.pixels.end(), 0.0, sum);
+    result.error = signed_root(error);
     std::vector<double> resampled;
     std::mt19937 random(37);
-    for (int n = 0; n < 400; ++n) {
-        double errors = 0, whole = 0;
-        for (std::size_t k = 0; k < sizes.size(); ++k) {
-            const std::size_t drawn = random() % sizes.size();
-            errors += result.shares[drawn];
-            whole += sizes[drawn];
-        }
-        resampled.push_back(signed_root(errors / whole));
+    for (int n = 0; n < 400 && !numbers.empty(); ++n) {
+        double drawn = 0;
+        for (std::size_t k = 0; k < numbers.size(); ++k)
+            drawn += result.pixels[random() % numbers.size()].share;
+        resampled.push_back(signed_root(drawn));
     }
     std::ranges::sort(resampled);
-    result.low = resampled[20];
-    result.high = resampled[380];
-    for (double& share : result.shares) share /= error;
+    if (!resampled.empty()) {
+        result.low = resampled[20];
+        result.high = resampled[380];
+    }
+    for (PixelError& pixel : result.pixels) pixel.share /= error;
     return result;
 }
 
@@ -140,21 +204,18 @@ const char* end_of(SearchEnd end) {
 
 /// Draws a bake, and lists the pixels with the largest shares of its square error.
 void write_findings(const std::filesystem::path& file, const BakedScene& baked, const Camera& camera,
-                    const std::vector<TruePixel>& truth, const TrueError& error,
-                    const LatLongImage& background) {
+                    TrueError error, const LatLongImage& background) {
     const Image picture = Preview().draw(camera, baked.instances, [&](const Vec3f& direction) {
         return radiance_from(background, Vec3d(direction));
     });
     value_or_exit(write_image(picture, file.string() + ".png"));
-    std::vector<std::size_t> order(truth.size());
-    std::iota(order.begin(), order.end(), std::size_t(0));
-    std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t k) { return error.shares[k]; });
+    std::ranges::stable_sort(error.pixels, std::ranges::greater(), &PixelError::share);
     std::string lines = "column,row,instance,share,shown green,first green,second green\n";
-    for (const std::size_t k : order)
-        lines +=
-            fmt::format("{},{},{},{:.6f},{:.5g},{:.5g},{:.5g}\n", truth[k].pixel % std::size_t(camera.width),
-                        truth[k].pixel / std::size_t(camera.width), truth[k].displayed.at.instance,
-                        error.shares[k], error.shown[k].y, truth[k].radiance[0].y, truth[k].radiance[1].y);
+    for (const PixelError& pixel : error.pixels)
+        lines += fmt::format("{},{},{},{:.6f},{:.5g},{:.5g},{:.5g}\n",
+                             pixel.displayed.pixel % std::size_t(camera.width),
+                             pixel.displayed.pixel / std::size_t(camera.width), pixel.displayed.at.instance,
+                             pixel.share, pixel.shown.y, pixel.truth[0].y, pixel.truth[1].y);
     value_or_exit(write_file(file.string() + ".csv", lines));
 }
 
@@ -181,8 +242,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
     if (const float stops = entity_stops(scene, searched, light.environment); stops != 0)
         light.environment = turned_environment(light.environment, 0, double(stops));
     const ShadedScene shaded = shaded_scene(scene, searched, light.environment);
-    const std::vector<TruePixel> truth =
-        true_pixels(searched, shaded, scene.camera, settings, options.pixels);
+    const TruePicture picture(searched, shaded, scene.camera, settings);
     fmt::print("{:<8} {:>8} {:>8} {:>8} {:>7} {:>13} {:>7} {:>13} {:>7} {:>7} {:>8} {:>5}\n", "bake",
                "vertices", "cold CPU", "warm CPU", "true %", "90 %", "said %", "90 %", "between", "vertex",
                "indirect", "rays");
@@ -222,7 +282,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         const double spent = watch.elapsed().processor;
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();
-        const TrueError error = true_error(baked, scene.camera, truth);
+        const TrueError error = true_error(baked, scene.camera, picture, options.pixels);
         fmt::print("{:<8} {:>8} {:>8.1f} {:>8.1f} {:>7.2f} {:>13}", target, vertices, cold + spent,
                    warm + spent, 100 * error.error,
                    fmt::format("{:.2f} to {:.2f}", 100 * error.low, 100 * error.high));
@@ -236,7 +296,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         }
         if (!options.pictures.empty())
             write_findings(options.pictures / (std::filesystem::path(file).stem().string() + "-" + target),
-                           baked, scene.camera, truth, error, image_with_suns(light.environment));
+                           baked, scene.camera, error, image_with_suns(light.environment));
         fmt::print("\n");
         std::fflush(stdout);
     }
