@@ -7,9 +7,9 @@
 #include <random>
 #include <thread>
 
+#include "fields/base/sanitizers.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/test_folder.h"
-#include "tests/fixtures/thread_sanitizer.h"
 
 namespace haarfield {
 namespace {

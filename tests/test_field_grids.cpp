@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "fields/base/sanitizers.h"
 #include "fields/field/field_file.h"
 #include "fields/field/field_precompute.h"
 #include "fields/field/field_transfer.h"
@@ -13,7 +14,6 @@
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/forged_grids.h"
 #include "tests/fixtures/test_folder.h"
-#include "tests/fixtures/thread_sanitizer.h"
 
 namespace haarfield {
 namespace {

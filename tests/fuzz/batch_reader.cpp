@@ -15,6 +15,7 @@
 #include <new>
 
 #include "fields/base/exception_message.h"
+#include "fields/base/sanitizers.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
@@ -33,13 +34,12 @@ enum class Answer : char { done, refused, crashed };
 
 void limit_reader() {
     std::set_new_handler(nullptr);  // the worker of a reader process refuses files that need too much memory
-#if !defined(__SANITIZE_ADDRESS__)  // which reserves much address space
+    if (has_shadow_memory) return;
     std::size_t pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
     const rlim_t limit = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t(1) << 26);
     const rlimit memory{limit, limit};
     setrlimit(RLIMIT_AS, &memory);
-#endif
 }
 
 /// Ends the process after this many seconds of processor time; 0: never.

@@ -45,21 +45,12 @@
 
 #include <fmt/format.h>
 
-#if defined(__SANITIZE_ADDRESS__)
-#define HAARFIELD_ASAN
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define HAARFIELD_ASAN
-#endif
-#endif
-
-#ifdef HAARFIELD_ASAN
+// Without AddressSanitizer, nothing calls this.
 extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
     return "max_allocation_size_mb=1024:hard_rss_limit_mb=1536:quarantine_size_mb=64:detect_leaks=0:"
            "allocator_may_return_null=1";
 }
-#endif
 
 namespace haarfield {
 namespace {

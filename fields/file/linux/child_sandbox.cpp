@@ -11,6 +11,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fields/base/sanitizers.h"
+
 namespace haarfield {
 namespace {
 
@@ -81,11 +83,8 @@ ChildSandbox::~ChildSandbox() {
 bool ChildSandbox::enter() const {
     const auto seconds =
         static_cast<std::uint64_t>(std::ceil(std::clamp(limits_.processor_seconds, 1.0, 1e7)));
-    bool good =
-        limit(RLIMIT_FSIZE, limits_.file_bytes) && limit(RLIMIT_CPU, seconds) && limit(RLIMIT_CORE, 0);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-    good = good && limit(RLIMIT_AS, limits_.memory);
-#endif
+    const bool good = limit(RLIMIT_FSIZE, limits_.file_bytes) && limit(RLIMIT_CPU, seconds) &&
+                      limit(RLIMIT_CORE, 0) && (has_shadow_memory || limit(RLIMIT_AS, limits_.memory));
     if (rules_ < 0) return good;
     return good && ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
            ::syscall(SYS_landlock_restrict_self, rules_, 0) == 0;

@@ -22,25 +22,12 @@
 #include <mutex>
 #include <thread>
 
+#include "fields/base/sanitizers.h"
 #include "fields/file/linux/reader_channel.h"
 #include "fields/file/this_process.h"
 
-#if defined(__SANITIZE_THREAD__)
-#define HAARFIELD_THREAD_SANITIZER
-#elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define HAARFIELD_THREAD_SANITIZER
-#endif
-#endif
-
 namespace haarfield {
 namespace {
-
-#ifdef HAARFIELD_THREAD_SANITIZER
-constexpr bool is_thread_sanitized = true;
-#else
-constexpr bool is_thread_sanitized = false;
-#endif
 
 /// A file descriptor that is closed at the end of its scope.
 struct Descriptor {

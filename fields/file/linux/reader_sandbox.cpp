@@ -18,13 +18,7 @@
 #include <initializer_list>
 #include <string>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define HAARFIELD_SHADOW_MEMORY
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define HAARFIELD_SHADOW_MEMORY
-#endif
-#endif
+#include "fields/base/sanitizers.h"
 
 namespace haarfield {
 namespace {
@@ -179,12 +173,13 @@ bool filter_calls() {
 }  // namespace
 
 void limit_this_process(const ReaderLimits& limits) {
-#ifndef HAARFIELD_SHADOW_MEMORY
-    std::uint64_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    const rlim_t memory = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + limits.memory - limits.answer;
-    limit(RLIMIT_AS, memory, memory);
-#endif
+    if (!has_shadow_memory) {
+        std::uint64_t pages = 0;
+        std::ifstream("/proc/self/statm") >> pages;
+        const rlim_t memory =
+            pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + limits.memory - limits.answer;
+        limit(RLIMIT_AS, memory, memory);
+    }
     limit(RLIMIT_FSIZE, limits.answer, limits.answer);
     const auto seconds = static_cast<rlim_t>(std::ceil(std::clamp(limits.seconds, 1.0, 1e6)));
     limit(RLIMIT_CPU, seconds, seconds + 1);

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "fields/base/sanitizers.h"
 #include "fields/file/linux/reader_channel.h"
 #include "fields/file/linux/reader_sandbox.h"
 #include "fields/file/reader_program.h"
@@ -152,12 +153,11 @@ void tell(int outcome, int status, bool stalled) {
 int prepare_server() {
     setsid();  // no controlling terminal, so nothing can be typed into the user's
     for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXFSZ}) signal(ignored, SIG_IGN);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-    if (const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
+    // Sanitizers report to the standard error.
+    if (const int nothing = has_shadow_memory ? -1 : ::open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
         for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, standard);
         if (nothing > STDERR_FILENO) ::close(nothing);
     }
-#endif
     sigset_t children;
     sigemptyset(&children);
     sigaddset(&children, SIGCHLD);
