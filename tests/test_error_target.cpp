@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/path_tracer.h"
@@ -146,6 +148,33 @@ TEST(BakeError, IsRelativeToTheRadianceOfFewBrightPoints) {
     for (std::uint32_t seed = 0; seed < 3; ++seed)
         EXPECT_NEAR(std::sqrt(meter.interpolation_error(bake, seed)->square.square), expected,
                     0.15 * expected);
+}
+
+TEST(BakeError, SmallErrorsThatAreForetoldHaveNarrowIntervals) {
+    LitBox lit;
+    make_accurate(lit);
+    const std::vector<DisplayedPoint> points = floor_points(lit, 20000);
+    const std::vector<Outgoing> exact = *point_radiance(lit.shading, surface_points(lit, points));
+    const SceneRadiance radiance = *scene_radiance(lit.shading);
+    const auto interpolated = by_vertices(lit, radiance);
+    // A bake with a hundredth of the errors of interpolation, which it foretells.
+    std::map<std::tuple<std::uint32_t, float, float>, BakeErrorMeter::Displayed> shown;
+    double error = 0, all = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Outgoing value = exact[k] * 0.99f + interpolated(points[k].at).radiance * 0.01f;
+        const double off = square(value.total() - exact[k].total());
+        error += off;
+        all += square(exact[k].total());
+        shown[{points[k].at.triangle, points[k].at.u, points[k].at.v}] = {value, float(std::sqrt(off))};
+    }
+    const double expected = std::sqrt(error / all);
+    const auto bake = [&](const MeshPoint& at) { return shown.at({at.triangle, at.u, at.v}); };
+    BakeErrorMeter meter(lit.shading, points);
+    for (std::uint32_t seed = 0; seed < 5; ++seed) {
+        const BakeError found = meter.error(bake, *meter.interpolation_error(bake, seed), {});
+        EXPECT_NEAR(found.between, expected, 0.05 * expected);
+        EXPECT_LT(found.high - found.low, 0.1 * found.total);
+    }
 }
 
 TEST(BakeError, TotalIsThatOfTheBakeWhereItsSummandsDependOnEachOther) {

@@ -276,6 +276,23 @@ TEST(MeshRefinement, LocatesPointsOfTheStart) {
     EXPECT_GT(moved, 100u);
 }
 
+TEST(MeshRefinement, ForetellsDifferencesBeforeEdgesAreShaded) {
+    const LitBox lit;
+    const std::vector<RadiantMesh> start = lit.radiant(6);
+    const MeshRefiner refiner(lit.shading, {0.005f, 4000}, start);
+    const RadiantMesh& floor = start[LitBox::floor];
+    for (std::uint32_t t = 0; t < floor.mesh.triangles.size(); ++t) {
+        const auto& corners = floor.mesh.triangles[t];
+        float largest = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Rgb along =
+                floor.radiance[corners[k]].total() - floor.radiance[corners[(k + 1) % 3]].total();
+            largest = std::max(largest, std::abs(along.x) + std::abs(along.y) + std::abs(along.z));
+        }
+        EXPECT_NEAR(refiner.located({LitBox::floor, t, 0.3f, 0.3f}).difference, largest / 4, 1e-5f);
+    }
+}
+
 TEST(MeshRefinement, SplitsFewerEdgesOutsideOfThePicture) {
     const LitBox lit;
     const std::vector<RadiantMesh> start = lit.radiant(6);

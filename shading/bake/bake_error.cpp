@@ -62,24 +62,31 @@ double variance_of(std::span<const Vec3d> estimates) {
 struct WeightedValues {
     double weight = 0;
     std::vector<double> values;
+    /// Of the members of the stratum, those that `values` has. The mean of a whole stratum is exact.
+    double share = 0;
 };
 
 /// Returns the weighted mean, and those of bootstrap samples.
 SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale) {
     SquareEstimate result;
-    const auto add = [&](const WeightedValues& stratum, double sum, double& to) {
-        if (!stratum.values.empty()) to += scale * stratum.weight * sum / double(stratum.values.size());
-    };
-    for (const WeightedValues& stratum : strata)
-        add(stratum, std::accumulate(stratum.values.begin(), stratum.values.end(), 0.0), result.square);
+    std::vector<double> means;
+    for (const auto& [weight, values, share] : strata) {
+        const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+        means.push_back(sum / double(std::max<std::size_t>(1, values.size())));
+        result.square += scale * weight * means.back();
+    }
     std::mt19937 random(2006);
     for (std::size_t k = 0; k < resamplings; ++k) {
         double& square = result.resampled.emplace_back(0);
-        for (const WeightedValues& stratum : strata) {
+        for (std::size_t s = 0; s < strata.size(); ++s) {
+            const auto& [weight, values, share] = strata[s];
+            if (values.empty()) continue;
             double sum = 0;
-            for (std::size_t i = 0; i < stratum.values.size(); ++i)
-                sum += stratum.values[number_below(random, stratum.values.size())];
-            add(stratum, sum, square);
+            for (std::size_t i = 0; i < values.size(); ++i)
+                sum += values[number_below(random, values.size())];
+            // The correction for finite populations: a stratum that was drawn as a whole adds no deviation.
+            const double off = (sum / double(values.size()) - means[s]) * std::sqrt(1 - share);
+            square += scale * weight * (means[s] + off);
         }
     }
     return result;
@@ -150,6 +157,7 @@ struct StratifiedPoints {
     std::vector<ShadedPoint> points;
     std::vector<std::size_t> stratum;  ///< By point.
     std::vector<double> weights;       ///< By stratum: its share of the population.
+    std::vector<double> shares;        ///< By stratum: WeightedValues::share.
 };
 
 }  // namespace
@@ -417,10 +425,10 @@ struct BakeErrorMeter::State {
     Result<StratifiedPoints> stratified(const DisplayedRadiance& bake, std::uint32_t seed, std::size_t count,
                                         const Progress& progress) {
         HF_TRY_DONE(prepare(progress));
-        // Octaves of the expected error, from a 64th of the RMS radiance on.
-        constexpr std::size_t octaves = 10;
+        // Octaves of the expected error, from a 4096th of the RMS radiance on.
+        constexpr std::size_t octaves = 16;
         std::vector<std::uint8_t> octave(population.size());
-        const double unit = 3 * root(mean_square / 3) / 64;
+        const double unit = 3 * root(mean_square / 3) / 4096;
         tbb::parallel_for(std::size_t(0), population.size(), [&](std::size_t k) {
             const DisplayedPoint& displayed_point = population[k];
             const double expected =
@@ -444,11 +452,13 @@ struct BakeErrorMeter::State {
         std::vector<std::size_t> numbers;
         for (std::size_t s = 0; s < octaves; ++s) {
             result.weights.push_back(double(members[s].size()) / double(population.size()));
+            double& drawn = result.shares.emplace_back(0);
             if (members[s].empty()) continue;
             const double share =
                 0.5 * wanted[s] / all + 0.5 * double(members[s].size()) / double(population.size());
             const std::size_t wanted_points =
                 std::min(members[s].size(), std::max<std::size_t>(16, std::size_t(share * double(count))));
+            drawn = double(wanted_points) / double(members[s].size());
             for (std::size_t k = 0; k < wanted_points; ++k) {
                 std::swap(members[s][k], members[s][k + number_below(random, members[s].size() - k)]);
                 if (!point(members[s][k])) continue;
@@ -463,7 +473,8 @@ struct BakeErrorMeter::State {
     Interpolation interpolation(const DisplayedRadiance& bake, const StratifiedPoints& points,
                                 double wanted = 0) const {
         std::vector<WeightedValues> strata;
-        for (const double weight : points.weights) strata.push_back({weight, {}});
+        for (std::size_t s = 0; s < points.weights.size(); ++s)
+            strata.push_back({points.weights[s], {}, points.shares[s]});
         Interpolation result;
         result.points = points.points.size();
         for (std::size_t k = 0; k < points.points.size(); ++k) {
@@ -490,9 +501,9 @@ struct BakeErrorMeter::State {
     /// Not a reference: frames of sessions replace their shading.
     const PointShading shading;
     const std::shared_ptr<Truth> truth;
-    const std::vector<DisplayedPoint>& population;  ///< Of the truth.
-    StratifiedPoints steering{{}, {}, {1.0}};
-    double mean_square = 0;  ///< Of the displayed radiance.
+    const std::vector<DisplayedPoint>& population;    ///< Of the truth.
+    StratifiedPoints steering{{}, {}, {1.0}, {0.0}};  ///< Drawn with repetition.
+    double mean_square = 0;                           ///< Of the displayed radiance.
 };
 
 BakeErrorMeter::BakeErrorMeter(const PointShading& shading, std::vector<DisplayedPoint> population)
@@ -545,7 +556,7 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::interpolation_error(const 
 Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const DisplayedRadiance& bake,
                                                                      std::uint32_t seed, double accuracy,
                                                                      const Progress& progress) {
-    constexpr std::size_t count = 8192, referenced = 768, traced = 256;
+    constexpr std::size_t count = 8192, referenced = 1536, traced = 1024;
     HF_TRY(const StratifiedPoints points, state_->stratified(bake, seed, count, progress));
     Interpolation result = state_->interpolation(bake, points);
     // The first points of each stratum: those that are traced come before the others.
@@ -574,8 +585,10 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const Displ
         weights.push_back(points.weights[s] / double(traced_of[s]));
     }
     std::vector<Truth::DirectPair> direct;
+    // The noise must be small compared with the error that is reported.
+    const double expected = std::clamp(root(result.square.square), 0.5 * accuracy, accuracy);
     HF_TRY(const std::vector<Reference> references,
-           state_->references(selected, accuracy, direct, weights, progress));
+           state_->references(selected, expected, direct, weights, progress));
     for (const double weight : points.weights) result.strata.push_back({weight, {}});
     for (std::size_t n = 0; n < chosen.size(); ++n)
         result.strata[points.stratum[chosen[n]]].references.push_back(references[n]);

@@ -38,9 +38,10 @@ constexpr double least_interval = 1.04, largest_interval = 1.25;
 /// Cuts are tried while the error is below this multiple of the target.
 constexpr double largest_cut_error = 10;
 /// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
-/// did not reduce the mean square error to the share `helpful_cut`; at once if they almost reached the
-/// target.
-constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6;
+/// did not reduce the mean square error to the share `helpful_cut`; earlier if cuts that
+/// help as the last ones did would reduce the error to this multiple of the target: cuts of finer meshes help
+/// more.
+constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6, likely_cut_error = 2;
 /// The most reports: while one exceeds the target, the refinement continues.
 constexpr int most_reports = 3;
 /// Edges with errors below this share of the target are not split. If this ends the refinement too early,
@@ -187,28 +188,47 @@ private:
             else
                 fitted_.reset();
         }
-        if (root(error.square) <= largest_cut_error * target_.error && !is_enough(error, 1) &&
-            (is_exhausted_ || refiner.vertices() >= next_cut_))
-            HF_TRY_DONE(try_cut(refiner, error, progress));
+        if (!is_enough(error, 1) && may_cut(refiner, error)) {
+            const auto by_steering = [&] { return meter_.steering_error(shown(refiner), progress); };
+            HF_TRY_DONE(try_cut(refiner, error, by_steering, progress));
+        }
         if (root(error.square) > 3 * target_.error) return false;
         set_growth(error);
         if (!is_enough(error, 1)) return false;
         // Other points than the steering ones decide. A close decision takes more of them, which cost less
         // than the vertices that a wide interval would demand.
         ++seed_;
-        for (const std::size_t points : {2048, 8192}) {
-            HF_TRY(const BakeErrorMeter::Interpolation between,
-                   meter_.interpolation_error(shown(refiner), seed_, points, progress, target_.error));
+        std::size_t points = 2048;
+        const auto by_others = [&] {
+            return meter_.interpolation_error(shown(refiner), seed_, points, progress, target_.error);
+        };
+        for (;; points = 8192) {
+            HF_TRY(const BakeErrorMeter::Interpolation between, by_others());
             refiner.add_known(between.largest);
-            set_growth(between.square);
-            if (is_enough(interval_end(between.square, 19), margin)) return true;
-            if (!is_enough(interval_end(between.square, 1), 1)) return false;
+            error = between.square;
+            set_growth(error);
+            if (is_enough(interval_end(error, 19), margin)) return true;
+            if (points == 8192 || !is_enough(interval_end(error, 1), 1)) break;
         }
-        return false;
+        if (cut_ || !may_cut(refiner, error)) return false;
+        HF_TRY_DONE(try_cut(refiner, error, by_others, progress));
+        set_growth(error);
+        return is_enough(interval_end(error, 19), margin);
+    }
+
+    bool may_cut(const MeshRefiner& refiner, const SquareEstimate& error) const {
+        return root(error.square) <= largest_cut_error * target_.error &&
+               (is_exhausted_ || refiner.vertices() >= next_cut_ ||
+                (cuts_help_ && root(error.square * cut_factor_) <= likely_cut_error * target_.error));
     }
 
     /// Cuts the meshes along hard shadow edges if that reduces the error.
-    Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Progress& progress) {
+    ///
+    /// error     of the meshes without cuts; afterwards of those that are chosen.
+    /// measured  () -> Result<Interpolation>. The error of what is shown, by the same points as `error`.
+    template <class Measure>
+    Result<Done> try_cut(const MeshRefiner& refiner, SquareEstimate& error, const Measure& measured,
+                         const Progress& progress) {
         const double vertices = double(refiner.vertices());
         double interval = cut_interval;
         cut_share_ = 0;
@@ -218,13 +238,11 @@ private:
             cut_.reset();
         } else {
             std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
-            HF_TRY(const BakeErrorMeter::Interpolation cut, meter_.steering_error(shown(refiner), progress));
+            HF_TRY(const BakeErrorMeter::Interpolation cut, measured());
             const SquareEstimate& by_cut = cut.square;
-            cuts_help_ = by_cut.square < helpful_cut * error.square;
-            if (!cuts_help_)
-                interval = long_cut_interval;
-            else if (root(by_cut.square) <= target_.error)
-                interval = 1;
+            cut_factor_ = by_cut.square / error.square;
+            cuts_help_ = cut_factor_ < helpful_cut;
+            if (!cuts_help_) interval = long_cut_interval;
             // Cuts that help little are no reason to stop refining earlier.
             if (by_cut.square < error.square / 2) cut_share_ = double(cut_->added_vertices()) / vertices;
             if (by_cut.square < error.square) {
@@ -277,6 +295,7 @@ private:
     double growth_ = largest_growth;      ///< Largest factor by which the next step multiplies the vertices.
     std::optional<SceneRadiance> fitted_;
     std::optional<DiscontinuityMeshes> cut_;
+    double cut_factor_ = 1;     ///< By which the last cuts multiplied the mean square error.
     bool cuts_help_ = false;    ///< The last cuts reduced the error much.
     std::size_t next_cut_ = 0;  ///< Vertices at which cuts are tried again.
     double cut_share_ = 0;      ///< Vertices that cuts add, relative to the others.

@@ -127,8 +127,16 @@ struct MeshRefiner::State {
         Located result{found.triangle,
                        instance.bisection.mesh().triangles[found.triangle],
                        {float(found.weights[0]), float(found.weights[1]), float(found.weights[2])}};
-        for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle))
+        bool are_shaded = true;
+        for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle)) {
             result.difference = std::max(result.difference, instance.middles[edge].difference);
+            are_shaded = are_shaded && !instance.middles[edge].radiance.empty();
+        }
+        for (std::size_t k = 0; k < 3 && !are_shaded; ++k) {
+            const Outgoing &from = instance.radiance[result.corners[k]],
+                           &to = instance.radiance[result.corners[(k + 1) % 3]];
+            result.difference = std::max(result.difference, channel_difference(from, to) / 4);
+        }
         return result;
     }
 

@@ -93,7 +93,8 @@ public:
         std::array<std::uint32_t, 3> corners{};  ///< Its vertices.
         std::array<float, 3> weights{};
         /// Largest difference between the middle of one of the triangle's edges and its interpolation, summed
-        /// over the channels; 0 if none was shaded. [W/(m^2 sr)]
+        /// over the channels. If an edge was not shaded, it is at least a quarter of the largest difference
+        /// between two corners. [W/(m^2 sr)]
         float difference = 0;
     };
     /// Finds a point of an instance's mesh at the start.

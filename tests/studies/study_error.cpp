@@ -48,6 +48,10 @@ public:
     }
 
     const std::vector<DisplayedPoint>& points() const { return points_; }
+    /// Returns the mesh that the points of an instance refer to.
+    const Mesh& mesh(std::size_t instance) const {
+        return *shaded_.entities[shaded_.instances[instance].entity].mesh;
+    }
     /// Two rough estimates by point. [W/(m^2 sr)]
     const std::vector<std::array<Vec3d, 2>>& rough() const { return rough_; }
     /// The sum of the squares of the radiance. [(W/(m^2 sr))^2]
@@ -113,16 +117,30 @@ double signed_root(double square) {
     return square > 0 ? std::sqrt(square) : -std::sqrt(-square);
 }
 
-/// Returns what a bake shows at the points of a picture; 0 where it shows another instance.
-std::vector<Vec3d> shown_radiance(const BakedScene& baked, const Camera& camera,
-                                  const std::vector<DisplayedPoint>& points) {
+/// Returns the place of a point of a mesh.
+Vec3f position(const Mesh& mesh, const MeshPoint& point) {
+    Vec3f sum(0.0f);
+    for (std::size_t c = 0; c < 3; ++c)
+        sum += mesh.positions[mesh.triangles[point.triangle][c]] * point.weights()[c];
+    return sum;
+}
+
+/// Returns what a bake shows at the points of a picture. Nothing in the few pixels next to silhouettes that
+/// see another surface, because rounding moves the vertices of refined meshes.
+std::vector<std::optional<Vec3d>> shown_radiance(const BakedScene& baked, const Camera& camera,
+                                                 const TruePicture& picture) {
     const auto pixels = Preview().points(camera, baked.instances);
-    std::vector<Vec3d> result;
-    for (const DisplayedPoint& point : points) {
-        result.emplace_back(0.0);
+    std::vector<float> radii;
+    for (const BakedInstance& instance : baked.instances)
+        radii.push_back(mesh_bounds(*instance.mesh).radius());
+    std::vector<std::optional<Vec3d>> result;
+    for (const DisplayedPoint& point : picture.points()) {
+        result.emplace_back();
         const std::optional<MeshPoint>& at = pixels[point.pixel];
         if (!at || at->instance != point.at.instance) continue;
         const Mesh& mesh = *baked.instances[at->instance].mesh;
+        const Vec3f expected = position(picture.mesh(at->instance), point.at);
+        if ((position(mesh, *at) - expected).length() > 1e-3f * radii[at->instance]) continue;
         const std::vector<Outgoing>& values =
             baked.refined.empty() ? baked.fine[at->instance] : baked.refined[at->instance].radiance;
         Outgoing shown;
@@ -140,11 +158,12 @@ std::vector<Vec3d> shown_radiance(const BakedScene& baked, const Camera& camera,
 TrueError true_error(const BakedScene& baked, const Camera& camera, const TruePicture& picture,
                      std::size_t wanted) {
     const std::vector<DisplayedPoint>& points = picture.points();
-    const std::vector<Vec3d> shown = shown_radiance(baked, camera, points);
+    const std::vector<std::optional<Vec3d>> shown = shown_radiance(baked, camera, picture);
     std::vector<double> probabilities;
     double all = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
-        const Vec3d off = shown[k] - (picture.rough()[k][0] + picture.rough()[k][1]) * 0.5;
+        const Vec3d rough = (picture.rough()[k][0] + picture.rough()[k][1]) * 0.5;
+        const Vec3d off = shown[k].value_or(rough) - rough;
         all += probabilities.emplace_back(off.dot(off));
     }
     for (double& each : probabilities)
@@ -166,8 +185,8 @@ TrueError true_error(const BakedScene& baked, const Camera& camera, const TruePi
     TrueError result;
     for (std::size_t n = 0; n < numbers.size(); ++n) {
         const std::size_t k = numbers[n];
-        const double square = (shown[k] - truth[n][0]).dot(shown[k] - truth[n][1]);
-        result.pixels.push_back({points[k], shown[k], truth[n],
+        const double square = shown[k] ? (*shown[k] - truth[n][0]).dot(*shown[k] - truth[n][1]) : 0;
+        result.pixels.push_back({points[k], shown[k].value_or(Vec3d(0.0)), truth[n],
                                  square / (probabilities[k] * double(numbers.size()) * picture.square())});
     }
     const auto sum = [](double before, const PixelError& pixel) { return before + pixel.share; };
@@ -241,8 +260,6 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
     scene.finds_camera = false;
     if (const float stops = entity_stops(scene, searched, light.environment); stops != 0)
         light.environment = turned_environment(light.environment, 0, double(stops));
-    const ShadedScene shaded = shaded_scene(scene, searched, light.environment);
-    const TruePicture picture(searched, shaded, scene.camera, settings);
     fmt::print("{:<8} {:>8} {:>8} {:>8} {:>7} {:>13} {:>7} {:>13} {:>7} {:>7} {:>8} {:>5}\n", "bake",
                "vertices", "cold CPU", "warm CPU", "true %", "90 %", "said %", "90 %", "between", "vertex",
                "indirect", "rays");
@@ -280,6 +297,7 @@ void study_error(const std::string& file, const ErrorStudyOptions& options) {
         };
         const BakedScene baked = value_or_exit(repeated_bake(bake, attempt));
         const double spent = watch.elapsed().processor;
+        const TruePicture picture(*entities, lit, scene.camera, settings);  // of the meshes that were baked
         std::size_t vertices = 0;
         for (const BakedInstance& instance : baked.instances) vertices += instance.radiance.size();
         const TrueError error = true_error(baked, scene.camera, picture, options.pixels);
