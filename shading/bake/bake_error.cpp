@@ -62,7 +62,7 @@ double variance_of(std::span<const Vec3d> estimates) {
 struct WeightedValues {
     double weight = 0;
     std::vector<double> values;
-    /// Of the members of the stratum, those that `values` has. The mean of a whole stratum is exact.
+    /// The share of the stratum's members that `values` has: the mean of a whole stratum is exact.
     double share = 0;
 };
 

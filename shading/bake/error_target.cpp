@@ -38,8 +38,8 @@ constexpr double least_interval = 1.04, largest_interval = 1.25;
 /// Cuts are tried while the error is below this multiple of the target.
 constexpr double largest_cut_error = 10;
 /// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
-/// did not reduce the mean square error to the share `helpful_cut`; earlier if cuts that
-/// help as the last ones did would reduce the error to this multiple of the target: cuts of finer meshes help
+/// did not reduce the mean square error to the share `helpful_cut`. They are tried earlier if cuts that help
+/// as the last ones did would reduce the error to the last multiple of the target: cuts of finer meshes help
 /// more.
 constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6, likely_cut_error = 2;
 /// The most reports: while one exceeds the target, the refinement continues.
