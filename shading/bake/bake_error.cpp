@@ -20,6 +20,8 @@ namespace {
 
 constexpr std::size_t steering_points = 2048, path_points = 128;
 constexpr std::size_t resamplings = 200;
+/// The largest ratio of the deviations of an estimate and of a resampled one.
+constexpr double largest_ratio = 4;
 /// Points whose mean square radiance errors are relative to, and the samples of each of their two estimates.
 constexpr std::size_t scale_points = 131072;
 constexpr std::uint32_t scale_samples = 4, scale_sets = 4096;
@@ -66,28 +68,49 @@ struct WeightedValues {
     double share = 0;
 };
 
-/// Returns the weighted mean, and those of bootstrap samples.
+/// A mean of drawn values, and its variance.
+struct DrawnMean {
+    double mean = 0, variance = 0;
+
+    DrawnMean() = default;
+    template <class Value>
+    DrawnMean(std::size_t count, const Value& value) {
+        double sum = 0, squares = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double each = value(i);
+            sum += each;
+            squares += each * each;
+        }
+        if (count == 0) return;
+        mean = sum / double(count);
+        variance = std::max(0.0, squares / double(count) - mean * mean) / double(count);
+    }
+};
+
+/// Returns the weighted mean, and estimates that deviate from it by its uncertainty. They are those of
+/// bootstrap-t: means of bootstrap samples alone deviate too little upwards if few values are large.
 SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale) {
     SquareEstimate result;
-    std::vector<double> means;
+    std::vector<DrawnMean> drawn;
+    double variance = 0;
     for (const auto& [weight, values, share] : strata) {
-        const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-        means.push_back(sum / double(std::max<std::size_t>(1, values.size())));
-        result.square += scale * weight * means.back();
+        drawn.emplace_back(values.size(), [&](std::size_t i) { return values[i]; });
+        result.square += scale * weight * drawn.back().mean;
+        variance += std::pow(scale * weight, 2) * (1 - share) * drawn.back().variance;
     }
     std::mt19937 random(2006);
     for (std::size_t k = 0; k < resamplings; ++k) {
-        double& square = result.resampled.emplace_back(0);
+        double off = 0, resampled_variance = 0;
         for (std::size_t s = 0; s < strata.size(); ++s) {
             const auto& [weight, values, share] = strata[s];
-            if (values.empty()) continue;
-            double sum = 0;
-            for (std::size_t i = 0; i < values.size(); ++i)
-                sum += values[number_below(random, values.size())];
+            const DrawnMean resampled(
+                values.size(), [&](std::size_t) { return values[number_below(random, values.size())]; });
             // The correction for finite populations: a stratum that was drawn as a whole adds no deviation.
-            const double off = (sum / double(values.size()) - means[s]) * std::sqrt(1 - share);
-            square += scale * weight * (means[s] + off);
+            off += scale * weight * std::sqrt(1 - share) * (resampled.mean - drawn[s].mean);
+            resampled_variance += std::pow(scale * weight, 2) * (1 - share) * resampled.variance;
         }
+        const double ratio = resampled_variance > 0 ? std::sqrt(variance / resampled_variance) : 1;
+        result.resampled.push_back(result.square - off * std::clamp(ratio, 1 / largest_ratio, largest_ratio));
     }
     return result;
 }
@@ -586,7 +609,7 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const Displ
     }
     std::vector<Truth::DirectPair> direct;
     // The noise must be small compared with the error that is reported.
-    const double expected = std::clamp(root(result.square.square), 0.5 * accuracy, accuracy);
+    const double expected = std::clamp(root(result.square.square), std::min(0.5 * accuracy, 0.005), accuracy);
     HF_TRY(const std::vector<Reference> references,
            state_->references(selected, expected, direct, weights, progress));
     for (const double weight : points.weights) result.strata.push_back({weight, {}});
