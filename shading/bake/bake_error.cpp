@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "fields/base/parallel_loop.h"
@@ -22,7 +21,8 @@ constexpr std::size_t steering_points = 2048, path_points = 128;
 constexpr std::size_t resamplings = 200;
 /// The largest ratio of the deviations of an estimate and of a resampled one.
 constexpr double largest_ratio = 4;
-/// Points whose mean square radiance errors are relative to, and the samples of each of their two estimates.
+/// The largest number of points that measure the RMS radiance, and the samples of each of the two estimates
+/// at a point.
 constexpr std::size_t scale_points = 131072;
 constexpr std::uint32_t scale_samples = 4, scale_sets = 4096;
 /// Paths of a point: of each of the pilot estimates, and of a reference.
@@ -71,21 +71,21 @@ struct WeightedValues {
 /// A mean of drawn values, and its variance.
 struct DrawnMean {
     double mean = 0, variance = 0;
-
-    DrawnMean() = default;
-    template <class Value>
-    DrawnMean(std::size_t count, const Value& value) {
-        double sum = 0, squares = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-            const double each = value(i);
-            sum += each;
-            squares += each * each;
-        }
-        if (count == 0) return;
-        mean = sum / double(count);
-        variance = std::max(0.0, squares / double(count) - mean * mean) / double(count);
-    }
 };
+
+/// value  (std::size_t number) -> double, called once for each of `count` numbers.
+template <class Value>
+DrawnMean drawn_mean(std::size_t count, const Value& value) {
+    if (count == 0) return {};
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double each = value(i);
+        sum += each;
+        squares += each * each;
+    }
+    const double mean = sum / double(count);
+    return {mean, std::max(0.0, squares / double(count) - mean * mean) / double(count)};
+}
 
 /// Returns the weighted mean, and estimates that deviate from it by its uncertainty. They are those of
 /// bootstrap-t: means of bootstrap samples alone deviate too little upwards if few values are large.
@@ -93,23 +93,26 @@ SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale)
     SquareEstimate result;
     std::vector<DrawnMean> drawn;
     double variance = 0;
-    for (const auto& [weight, values, share] : strata) {
-        drawn.emplace_back(values.size(), [&](std::size_t i) { return values[i]; });
-        result.square += scale * weight * drawn.back().mean;
-        variance += std::pow(scale * weight, 2) * (1 - share) * drawn.back().variance;
+    for (const WeightedValues& stratum : strata) {
+        drawn.push_back(drawn_mean(stratum.values.size(), [&](std::size_t i) { return stratum.values[i]; }));
+        result.square += scale * stratum.weight * drawn.back().mean;
+        variance += std::pow(scale * stratum.weight, 2) * (1 - stratum.share) * drawn.back().variance;
     }
     std::mt19937 random(2006);
     for (std::size_t k = 0; k < resamplings; ++k) {
         double off = 0, resampled_variance = 0;
         for (std::size_t s = 0; s < strata.size(); ++s) {
-            const auto& [weight, values, share] = strata[s];
-            const DrawnMean resampled(
-                values.size(), [&](std::size_t) { return values[number_below(random, values.size())]; });
+            const WeightedValues& stratum = strata[s];
+            const DrawnMean resampled = drawn_mean(stratum.values.size(), [&](std::size_t) {
+                return stratum.values[number_below(random, stratum.values.size())];
+            });
             // The correction for finite populations: a stratum that was drawn as a whole adds no deviation.
-            off += scale * weight * std::sqrt(1 - share) * (resampled.mean - drawn[s].mean);
-            resampled_variance += std::pow(scale * weight, 2) * (1 - share) * resampled.variance;
+            off += scale * stratum.weight * std::sqrt(1 - stratum.share) * (resampled.mean - drawn[s].mean);
+            resampled_variance +=
+                std::pow(scale * stratum.weight, 2) * (1 - stratum.share) * resampled.variance;
         }
-        const double ratio = resampled_variance > 0 ? std::sqrt(variance / resampled_variance) : 1;
+        const double ratio =
+            resampled_variance > 0 ? std::sqrt(variance / resampled_variance) : largest_ratio;
         result.resampled.push_back(result.square - off * std::clamp(ratio, 1 / largest_ratio, largest_ratio));
     }
     return result;
@@ -155,7 +158,7 @@ PathCounts path_counts(std::span<const double> variances, std::span<const double
     PathCounts counts;
     double factor = wanted > 0 ? std::sqrt(sum) / wanted : 0;
     const double largest = sum > 0 ? most_mean_path_samples * double(variances.size()) / sum : 0;
-    counts.are_limited = !(factor < largest);
+    counts.are_limited = !(wanted > 0 && factor < largest);
     factor = std::min(factor, largest);
     for (const double share : shares)
         // Powers of two, for which Sobol points are well distributed.
@@ -257,9 +260,9 @@ struct BakeErrorMeter::State {
     /// Shades the points that steer a refinement, once.
     Result<Done> prepare(const Progress& progress) {
         if (!steering.points.empty() || population.empty()) return Done{};
+        HF_TRY_DONE(measure_direct_square(progress));
         HF_TRY(steering.points, shaded(chosen(steering_points, 1), progress));
         steering.stratum.assign(steering.points.size(), 0);
-        HF_TRY_DONE(measure_direct_square(progress));
         double indirect = 0;  // with its product with direct light
         for (const ShadedPoint& each : steering.points)
             indirect +=
@@ -626,23 +629,27 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
     error.worst = between.worst;
     std::vector<Stratum> strata = between.strata;
     if (strata.empty()) strata.push_back({1, shading.references});
-    std::vector<WeightedValues> direct, indirect, others;
+    // Of the shading itself, and with its products with interpolation.
+    std::vector<WeightedValues> direct, indirect, alone, others;
     for (const Stratum& stratum : strata) {
-        WeightedValues of_direct{stratum.weight, {}}, of_indirect = of_direct, with_direct = of_direct,
-                                                      with_indirect = of_direct;
+        const WeightedValues none{stratum.weight, {}};
+        WeightedValues of_direct = none, of_indirect = none, of_both = none, with_direct = none,
+                       with_indirect = none;
         for (const Reference& reference : stratum.references) {
             const Vec3d off = reference.point.displayed(bake(reference.point.at).radiance) - reference.shaded;
             of_direct.values.push_back(reference.direct_product);
             with_direct.values.push_back(reference.direct_product + 2 * off.dot(reference.direct));
             if (reference.has_indirect) {
                 of_indirect.values.push_back(reference.indirect_product);
-                with_indirect.values.push_back(reference.indirect_product + reference.mixed_product +
-                                               2 * off.dot(reference.indirect));
+                of_both.values.push_back(reference.indirect_product + reference.mixed_product);
+                with_indirect.values.push_back(of_both.values.back() + 2 * off.dot(reference.indirect));
             }
             const double here =
                 root(square_of(off + reference.direct + reference.indirect) * state_->scale());
             if (here > error.worst.error) error.worst = {reference.point, here, false};
         }
+        alone.push_back(of_direct);
+        alone.push_back(std::move(of_both));
         direct.push_back(std::move(of_direct));
         indirect.push_back(std::move(of_indirect));
         others.push_back(std::move(with_direct));
@@ -652,9 +659,10 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
     error.at_vertices = root(estimate(direct, state_->scale()).square);
     error.indirect = root(estimate(indirect, state_->scale()).square);
     const SquareEstimate beside = estimate(others, state_->scale());
-    // Where interpolation removes noise of the shading, the error is smaller than that of interpolation. More
-    // than that is noise of the estimate.
-    const auto sum = [](double square, double other) { return root(square + std::max(other, -square / 2)); };
+    error.shading = root(estimate(alone, state_->scale()).square);
+    // Interpolation can remove the noise of the shading, but no more than that.
+    const double least = -error.shading * error.shading;
+    const auto sum = [&](double square, double other) { return root(square + std::max(other, least)); };
     error.total = sum(between.square.square, beside.square);
     std::vector<double> totals;
     for (std::size_t k = 0; k < between.square.resampled.size(); ++k)

@@ -23,10 +23,10 @@ struct DisplayedPoint {
 /// source  systematic sampling: the k-th point has the area (k + 1/2) / count below it.
 std::vector<DisplayedPoint> area_points(const ShadedScene& scene, std::size_t count);
 
-/// An estimate of a mean square, and independent estimates by resampling.
+/// An estimate of a mean square. It may be negative by chance.
 struct SquareEstimate {
-    double square = 0;  ///< May be negative by chance.
-    std::vector<double> resampled;
+    double square = 0;
+    std::vector<double> resampled;  ///< By bootstrap-t: their quantiles are the ends of intervals.
 };
 
 /// The point with the largest known error.
@@ -44,6 +44,7 @@ struct BakeError {
     double between = 0;          ///< By interpolation between the vertices.
     double at_vertices = 0;      ///< Of the direct light where it is computed.
     double indirect = 0;         ///< Of the indirect light where it is computed.
+    double shading = 0;          ///< Of both, where they are computed.
     std::size_t points = 0;      ///< At which interpolation was measured.
     std::size_t references = 0;  ///< At which the shading was compared with rays and paths.
     WorstPoint worst;
@@ -59,9 +60,9 @@ struct BakeError {
 /// 2 (b - s) (s - r): where interpolation smooths noise of the shading, the bake is closer to the truth than
 /// either summand says.
 ///
-/// Errors are relative to the RMS radiance of up to 131,072 points. Few rays estimate its direct light,
-/// because a few highlights may contribute most of it. The indirect light is that of the bake's shading at
-/// 2,048 points.
+/// Errors are relative to the RMS radiance. Its direct light is measured with few rays at up to 131,072
+/// points, because a few highlights may contribute most of it. The indirect light is that of the bake's
+/// shading at 2,048 points.
 ///
 /// accuracy  bit-identical for any number of threads.
 /// cost      about 1 s of processor time for the RMS radiance, once for all meters of a scene.
@@ -146,7 +147,7 @@ public:
     /// Measures interpolation at more points, and compares the shading of some of them with references.
     ///
     /// accuracy  as for shading_error. If the error of interpolation is smaller, the noise is small compared
-    ///           with that, or with half of the accuracy.
+    ///           with that, down to half of the accuracy or 0.005, whichever is less.
     /// cost      50 us for each of 8,192 points, and 1.5 s for an accuracy of 0.01.
     /// errors    interrupted.
     Result<Interpolation> reported_error(const DisplayedRadiance& bake, std::uint32_t seed, double accuracy,

@@ -37,11 +37,17 @@ constexpr double least_growth = 1.06, largest_growth = 4;
 constexpr double least_interval = 1.04, largest_interval = 1.25;
 /// Cuts are tried while the error is below this multiple of the target.
 constexpr double largest_cut_error = 10;
-/// They are tried again when the vertices have grown by the first factor, or by the second one if the cuts
-/// did not reduce the mean square error to the share `helpful_cut`. They are tried earlier if cuts that help
-/// as the last ones did would reduce the error to the last multiple of the target: cuts of finer meshes help
-/// more.
-constexpr double cut_interval = 1.5, long_cut_interval = 4, helpful_cut = 0.6, likely_cut_error = 2;
+/// They are tried again when the vertices have grown by this factor, or by the second one if the last cuts
+/// did not help.
+constexpr double cut_interval = 1.5, long_cut_interval = 4;
+/// Cuts help if they reduce the mean square error to this share.
+constexpr double helpful_cut = 0.6;
+/// Cuts that helped are tried again at once if the same factor would reduce the error below this multiple of
+/// the target: cuts of finer meshes help more.
+constexpr double likely_cut_error = 2;
+/// The largest share of the target that the shading is expected to add while its own error is smaller: its
+/// product with interpolation becomes smaller with more vertices.
+constexpr double most_beside = 0.85;
 /// The most reports: while one exceeds the target, the refinement continues.
 constexpr int most_reports = 3;
 /// Edges with errors below this share of the target are not split. If this ends the refinement too early,
@@ -98,7 +104,8 @@ public:
           target_(target),
           meter_(meter),
           measured_(measured),
-          shading_error_(root(measured.all.square)) {}
+          alone_(root(measured.all.square)),
+          beside_(alone_) {}
 
     Result<Done> operator()(std::vector<RadiantMesh> start, VertexMask visible, TargetBake& bake,
                             const Progress& progress) {
@@ -110,12 +117,15 @@ public:
         for (int reports = 1;; ++reports) {
             HF_TRY_DONE(refine(refiner, progress));
             HF_TRY(between, meter_.reported_error(shown(refiner), ++seed_, target_.error, progress));
-            shading_error_ = meter_.error(shown(refiner), {{}, {}, 0, between.strata, {}}, measured_).total;
+            bake.error = meter_.error(shown(refiner), between, measured_);
+            alone_ = bake.error.shading;
+            const double interpolation = root(between.square.square);
+            const double beside = root(bake.error.total * bake.error.total - interpolation * interpolation);
+            beside_ = std::min(beside, std::max(alone_, most_beside * target_.error));
             if (is_exhausted_ || reports == most_reports || is_enough(between.square, 1)) break;
             refiner.add_known(between.largest);
             set_growth(between.square);
         }
-        bake.error = meter_.error(shown(refiner), between, measured_);
         bake.fitted = fitted_.has_value();
         bake.end = end(bake.error, refiner);
         Refinement refined = std::move(refiner).finished();
@@ -218,7 +228,7 @@ private:
 
     bool may_cut(const MeshRefiner& refiner, const SquareEstimate& error) const {
         return root(error.square) <= largest_cut_error * target_.error &&
-               (is_exhausted_ || refiner.vertices() >= next_cut_ ||
+               ((is_exhausted_ && refiner.vertices() > last_cut_) || refiner.vertices() >= next_cut_ ||
                 (cuts_help_ && root(error.square * cut_factor_) <= likely_cut_error * target_.error));
     }
 
@@ -236,6 +246,7 @@ private:
                                  progress));
         if (cut_->cut_edges() == 0) {
             cut_.reset();
+            cuts_help_ = false;
         } else {
             std::optional<SceneRadiance> fitted = std::exchange(fitted_, {});
             HF_TRY(const BakeErrorMeter::Interpolation cut, measured());
@@ -252,6 +263,7 @@ private:
                 fitted_ = std::move(fitted);
             }
         }
+        last_cut_ = refiner.vertices();
         next_cut_ = static_cast<std::size_t>(interval * vertices);
         return Done{};
     }
@@ -259,8 +271,8 @@ private:
     /// Limits the next step. Errors of interpolation are about inversely proportional to the number of
     /// vertices.
     void set_growth(const SquareEstimate& between) {
-        const double allowed = std::max(root(target_.error * target_.error - shading_error_ * shading_error_),
-                                        least_share * std::max(target_.error, shading_error_));
+        const double allowed = std::max(root(target_.error * target_.error - beside_ * beside_),
+                                        least_share * std::max(target_.error, alone_));
         growth_ = std::clamp(root(between.square) / allowed, least_growth, largest_growth);
     }
 
@@ -270,8 +282,8 @@ private:
     /// share  of the target.
     bool is_enough(const SquareEstimate& between, double share) const {
         const double interpolation = root(between.square), wanted = share * target_.error;
-        return std::hypot(shading_error_, interpolation) <= wanted ||
-               (shading_error_ > wanted && interpolation <= least_share * shading_error_);
+        return std::hypot(beside_, interpolation) <= wanted ||
+               (alone_ > wanted && interpolation <= least_share * alone_);
     }
 
     SearchEnd end(const BakeError& error, const MeshRefiner& refiner) const {
@@ -289,7 +301,10 @@ private:
     BakeErrorMeter& meter_;
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
-    double shading_error_;  ///< Of the shading itself: at the points of the last report, or of measured_.
+    double alone_;  ///< The error of the shading: at the points of the last report, or of measured_.
+    /// What the shading adds to the error of interpolation: other than alone_, less where interpolation
+    /// removes noise, and more where both errors are alike.
+    double beside_;
     double tolerated_ = tolerated_share;  ///< The share of the target below which edges are not split.
     std::size_t next_measured_ = 0;       ///< Vertices at which errors are measured again.
     double growth_ = largest_growth;      ///< Largest factor by which the next step multiplies the vertices.
@@ -297,6 +312,7 @@ private:
     std::optional<DiscontinuityMeshes> cut_;
     double cut_factor_ = 1;     ///< By which the last cuts multiplied the mean square error.
     bool cuts_help_ = false;    ///< The last cuts reduced the error much.
+    std::size_t last_cut_ = 0;  ///< Vertices at which cuts were tried.
     std::size_t next_cut_ = 0;  ///< Vertices at which cuts are tried again.
     double cut_share_ = 0;      ///< Vertices that cuts add, relative to the others.
     bool is_budget_used_up_ = false;
@@ -527,12 +543,7 @@ Result<BakeError> vertex_bake_error(const PointShading& shading, const SceneRadi
         const std::vector<Outgoing>& values = radiance[at.instance];
         const auto& corners =
             shading.scene.entities[shading.scene.instances[at.instance].entity].mesh->triangles[at.triangle];
-        float difference = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Rgb along = values[corners[k]].total() - values[corners[(k + 1) % 3]].total();
-            difference = std::max(difference, std::abs(along.x) + std::abs(along.y) + std::abs(along.z));
-        }
-        return {interpolated(values, corners, at.weights()), difference / 4};
+        return {interpolated(values, corners, at.weights()), corner_difference(values, corners) / 4};
     };
     HF_TRY(const BakeErrorMeter::Interpolation between, meter.reported_error(bake, 0, accuracy, progress));
     HF_TRY(const BakeErrorMeter::Shading measured, meter.shading_error(accuracy, progress));

@@ -53,7 +53,8 @@ struct TargetBake {
 /// large, it repeats it, first with focused_indirect_light, then with four times as many directions each
 /// time, and keeps the most accurate one. It then refines the meshes in steps. Whenever the vertices are 4 %
 /// more, it measures interpolation with sampled and with fitted colours; whenever they are 50 % more (300 %
-/// where it does not help), also with meshes that are cut along hard shadow edges. It stops when the upper
+/// where it does not help, or earlier where it is likely to), also with meshes that are cut along hard shadow
+/// edges. It stops when the upper
 /// end of the 90 % interval is below what the shading leaves of the target. Other points measure the reported
 /// error. If it exceeds the target, the refinement continues, at most twice. Where the shading alone exceeds
 /// the target, interpolation may have half of its error.

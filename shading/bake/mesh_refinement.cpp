@@ -130,13 +130,11 @@ struct MeshRefiner::State {
         bool are_shaded = true;
         for (const std::uint32_t edge : instance.bisection.edges_of(found.triangle)) {
             result.difference = std::max(result.difference, instance.middles[edge].difference);
-            are_shaded = are_shaded && !instance.middles[edge].radiance.empty();
+            are_shaded = are_shaded && instance.is_shaded(edge);
         }
-        for (std::size_t k = 0; k < 3 && !are_shaded; ++k) {
-            const Outgoing &from = instance.radiance[result.corners[k]],
-                           &to = instance.radiance[result.corners[(k + 1) % 3]];
-            result.difference = std::max(result.difference, channel_difference(from, to) / 4);
-        }
+        if (!are_shaded)
+            result.difference =
+                std::max(result.difference, corner_difference(instance.radiance, result.corners) / 4);
         return result;
     }
 

@@ -21,6 +21,17 @@ inline float channel_difference(const Outgoing& a, const Outgoing& b) {
     return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
 }
 
+/// Returns the largest difference between two corners of a triangle, summed over the channels.
+///
+/// radiance  by vertex. [W/(m^2 sr)]
+template <class Radiance>
+float corner_difference(const Radiance& radiance, const std::array<std::uint32_t, 3>& corners) {
+    float largest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        largest = std::max(largest, channel_difference(radiance[corners[k]], radiance[corners[(k + 1) % 3]]));
+    return largest;
+}
+
 /// Returns the radiance that a surface with this tint (ShadedEntity::tints) displays.
 inline Outgoing tinted(const Outgoing& radiance, const Rgb& tint) {
     return {radiance.diffuse * tint, radiance.specular};

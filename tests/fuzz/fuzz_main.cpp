@@ -22,6 +22,7 @@
 #include <functional>
 #include <new>
 
+#include "fields/base/sanitizers.h"
 #include "fields/field/field_grids.h"
 #include "fields/model/assimp_content.h"
 #include "fields/model/model_file.h"
@@ -264,7 +265,9 @@ struct Board {
 };
 
 void limit_memory() {
-#ifndef HAARFIELD_ASAN
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    if (is_address_sanitized) return;  // __asan_default_options limits the memory
     std::size_t pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
     const rlim_t limit = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t(1) << 30);
@@ -276,9 +279,6 @@ void limit_memory() {
         [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
         abort();
     });
-#endif
-    const rlimit no_core{0, 0};
-    setrlimit(RLIMIT_CORE, &no_core);
 }
 
 /// Ends the process after this many seconds of processor time or wall time; 0: never.

@@ -125,8 +125,8 @@ Vec3f position(const Mesh& mesh, const MeshPoint& point) {
     return sum;
 }
 
-/// Returns what a bake shows at the points of a picture. Nothing in the few pixels next to silhouettes that
-/// see another surface, because rounding moves the vertices of refined meshes.
+/// Returns what a bake shows at the points of a picture. An entry is empty if the refined mesh shows another
+/// surface there than the fine mesh. Rounding causes this at a few pixels next to silhouettes.
 std::vector<std::optional<Vec3d>> shown_radiance(const BakedScene& baked, const Camera& camera,
                                                  const TruePicture& picture) {
     const auto pixels = Preview().points(camera, baked.instances);
