@@ -629,7 +629,7 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
     error.worst = between.worst;
     std::vector<Stratum> strata = between.strata;
     if (strata.empty()) strata.push_back({1, shading.references});
-    // Of the shading itself, and with its products with interpolation.
+    // `alone` is that of the shading itself. `others` adds its products with interpolation.
     std::vector<WeightedValues> direct, indirect, alone, others;
     for (const Stratum& stratum : strata) {
         const WeightedValues none{stratum.weight, {}};

@@ -302,7 +302,7 @@ private:
     const BakeErrorMeter::Shading& measured_;
     std::uint32_t seed_ = 0;
     double alone_;  ///< The error of the shading: at the points of the last report, or of measured_.
-    /// What the shading adds to the error of interpolation: other than alone_, less where interpolation
+    /// The error that the shading adds to that of interpolation. It is less than alone_ where interpolation
     /// removes noise, and more where both errors are alike.
     double beside_;
     double tolerated_ = tolerated_share;  ///< The share of the target below which edges are not split.
