@@ -10,6 +10,7 @@ namespace {
 /// Objects per scene up to which all are rasterized at each point.
 constexpr std::size_t most_rasterized = 8;
 
+/// Points on all surfaces. They must be many, because the reported interval is that of the error at them.
 constexpr std::size_t area_point_count = 262144;
 
 void add_colours(const SceneEntities& entities, const ShadedScene& shaded,

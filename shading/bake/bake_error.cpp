@@ -87,6 +87,14 @@ DrawnMean drawn_mean(std::size_t count, const Value& value) {
     return {mean, std::max(0.0, squares / double(count) - mean * mean) / double(count)};
 }
 
+double weighted_mean(const std::vector<WeightedValues>& strata) {
+    double mean = 0;
+    for (const WeightedValues& stratum : strata)
+        mean += stratum.weight *
+                drawn_mean(stratum.values.size(), [&](std::size_t i) { return stratum.values[i]; }).mean;
+    return mean;
+}
+
 /// Returns the weighted mean, and estimates that deviate from it by its uncertainty. They are those of
 /// bootstrap-t: means of bootstrap samples alone deviate too little upwards if few values are large.
 SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale) {
@@ -656,10 +664,10 @@ BakeError BakeErrorMeter::error(const DisplayedRadiance& bake, const Interpolati
         others.push_back(std::move(with_indirect));
         error.references += stratum.references.size();
     }
-    error.at_vertices = root(estimate(direct, state_->scale()).square);
-    error.indirect = root(estimate(indirect, state_->scale()).square);
+    error.at_vertices = root(weighted_mean(direct) * state_->scale());
+    error.indirect = root(weighted_mean(indirect) * state_->scale());
+    error.shading = root(weighted_mean(alone) * state_->scale());
     const SquareEstimate beside = estimate(others, state_->scale());
-    error.shading = root(estimate(alone, state_->scale()).square);
     // Interpolation can remove the noise of the shading, but no more than that.
     const double least = -error.shading * error.shading;
     const auto sum = [&](double square, double other) { return root(square + std::max(other, least)); };
