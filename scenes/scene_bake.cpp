@@ -82,12 +82,21 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     if (is_everywhere) points = displayed_area(entities, direct.scene);
     const ErrorTarget target{*options.error, budget, !is_everywhere, most_face_size, options.stops_early};
     HF_TRY(TargetBake found, target_bake(direct, target, std::move(points), progress));
-    baked.search =
-        SearchOutcome{*options.error,   found.error,          found.end,
-                      budget,           found.fitted,         found.cut_edges,
-                      found.directions, found.gathering_rays, found.indirect && found.indirect->lit,
-                      found.face_size,  found.shaded_points,  found.rounds,
-                      is_everywhere,    found.is_stopped};
+    baked.search = SearchOutcome{*options.error,
+                                 found.error,
+                                 found.end,
+                                 budget,
+                                 found.fitted,
+                                 found.cut_edges,
+                                 found.directions,
+                                 found.gathering_rays,
+                                 found.indirect && found.indirect->lit,
+                                 found.face_size,
+                                 found.source_directions,
+                                 found.shaded_points,
+                                 found.rounds,
+                                 is_everywhere,
+                                 found.is_stopped};
     baked.refined = std::move(found.meshes);
     indirect = std::move(found.indirect);
     return Done{};

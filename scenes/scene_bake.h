@@ -69,6 +69,7 @@ struct SearchOutcome {
     int gathering_rays = 0;
     bool is_focused = false;  ///< IndirectLight::lit was used.
     int face_size = 0;
+    int source_directions = 1;
     std::size_t shaded_points = 0;
     int rounds = 0;
     bool is_everywhere = false;  ///< The error was measured over all surfaces.

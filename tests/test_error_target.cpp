@@ -350,6 +350,21 @@ TEST(ErrorTarget, IsReachedInPicturesThatAreDarkerThanTheScene) {
     EXPECT_LE(bake.error.total, 0.03);
 }
 
+TEST(ErrorTarget, RepresentsSourcesByMoreDirectionsIfPenumbraeNeedThem) {
+    LitBox lit;
+    lit.example.scene.environment.suns = {{Vec3f(0.48f, 0.8f, 0.36f), 0.1f, Rgb(3)}};
+    make_accurate(lit);
+    const auto bake = [&](int most_lights) {
+        lit.settings.sources.most_lights = most_lights;
+        lit.light = scene_light(lit.example.scene.environment, lit.settings);
+        return *target_bake(lit.shading, {0.04, 100000, false}, floor_points(lit, 16384));
+    };
+    const TargetBake few = bake(1), enough = bake(256);
+    EXPECT_GT(few.source_directions, 1);
+    EXPECT_EQ(few.end, SearchEnd::reached);
+    EXPECT_EQ(enough.source_directions, 1);
+}
+
 TEST(ErrorTarget, EndsAtTheVertexBudget) {
     const LitBox lit;
     const TargetBake bake =

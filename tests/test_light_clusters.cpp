@@ -1,4 +1,4 @@
-#include "shading/transfer/light_clusters.h"
+#include "shading/bake/clustered_light.h"
 
 #include <gtest/gtest.h>
 
@@ -91,6 +91,22 @@ TEST(LightClusters, LightAsAllRaysDo) {
     EXPECT_LT(relative_rmse(found, wanted), 5e-3);
     EXPECT_LT(relative_rmse(found_diffuse, wanted_diffuse), 4e-3);
     EXPECT_GT(relative_rmse(found_diffuse, wanted), 0.05);  // there is a specular part
+    std::vector<Outgoing> components(receivers.size());
+    add_clustered_light(rays, clusters, receivers, components);
+    EXPECT_LT(relative_rmse(total({components})[0], found), 1e-6);
+    EXPECT_EQ(diffuse_component({components})[0], found_diffuse);
+}
+
+TEST(LightClusters, HaveAtMostTheWantedNumberOfLights) {
+    const std::vector<DirectionalLight> lights = PostUnderSuns().lights();
+    std::size_t all = 0;
+    for (const LightCluster& cluster : light_clusters(lights, 0.06f, 5)) {
+        EXPECT_LE(cluster.lights.size(), 5u);
+        all += cluster.lights.size();
+    }
+    EXPECT_EQ(all, lights.size());
+    const std::vector<DirectionalLight> equal(9, lights[0]);
+    EXPECT_EQ(light_clusters(equal, 0.06f, 5).size(), 1u) << "equal directions cannot be separated";
 }
 
 TEST(LightClusters, IncludeLightThatIsPartlyBelowTheHorizon) {

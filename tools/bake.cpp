@@ -83,6 +83,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                      {"gathering_rays", search.gathering_rays},
                      {"bright_points", search.is_focused ? search.gathering_rays : 0},
                      {"face_size", search.face_size},
+                     {"source_directions", search.source_directions},
                      {"shaded_points", search.shaded_points},
                      {"rounds", search.rounds}}}});
     std::string place;

@@ -215,6 +215,12 @@ std::vector<RenderOption> table() {
          "Wavelets of the lighting per cubemap face; 0: all", ""},
         {0, 65536}, [](auto& c) -> auto& { return c.shading.light_coefficients; }));
     add(number(
+        {"source-directions", Set::lighting, accuracy_group, "N",
+         "Factor on the number of directions of a sun or bright window",
+         "Each direction is a sharp shadow; many of them are a penumbra. `bake --error` begins with this "
+         "number, and takes up to 16 where penumbrae need them."},
+        {1, 64}, [](auto& c) -> auto& { return c.shading.sources.directions; }));
+    add(number(
         {"pruning-error", Set::frames, accuracy_group, "E",
          "Error of frames by pruned transfer vectors; 0: no pruning",
          "The relative change of radiance while something varies."},

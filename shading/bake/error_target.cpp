@@ -28,9 +28,13 @@ constexpr double stopping_share = 0.8;
 constexpr double gathering_share = 0.25;
 constexpr int fewest_rays = 32, most_rays = 1024;
 constexpr std::size_t gathering_points = 128;
-/// Faces are larger while the error of direct light exceeds this share of the target.
+/// Directions of sources are more, or faces larger, while the error of direct light exceeds this share of the
+/// target.
 constexpr double largest_direct_share = 0.5;
-constexpr std::size_t face_size_points = 192;
+constexpr std::size_t direct_points = 192;
+/// More directions are kept if they reduce the error of direct light to this share.
+constexpr double helpful_directions = 0.8;
+constexpr int most_source_directions = 16;
 /// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
 constexpr double least_growth = 1.06, largest_growth = 4;
 /// Factors by which the vertices grow between two measurements.
@@ -350,32 +354,63 @@ VertexMask displayed_vertices(const ShadedScene& scene, std::span<const Displaye
     return result;
 }
 
-/// A scene prepared for faces of another size than that of the settings.
-struct SceneAtFaceSize {
-    ShadingGeometry geometry;
-    SceneLight light;
+/// The parts of a scene's preparation that a search chose anew.
+struct DirectChoice {
+    std::optional<ShadingGeometry> geometry;
+    std::optional<SceneLight> light;
 };
 
-/// Chooses the smallest face size whose direct light is accurate enough, and sets it in the settings. None:
-/// the size that they have.
+/// Chooses the direct light: few directions of suns and windows, and small faces. Starts with those of the
+/// settings, and sets what it chose in them.
 ///
 /// meter  of the direct light.
-Result<std::optional<SceneAtFaceSize>> chosen_face_size(const PointShading& direct, const ErrorTarget& target,
-                                                        BakeErrorMeter meter, RenderSettings& settings,
-                                                        const Progress& progress) {
-    std::optional<SceneAtFaceSize> larger;
-    while (settings.face_size < target.most_face_size) {
-        HF_TRY(const BakeErrorMeter::Shading measured,
-               meter.shading_error(target.error, progress, face_size_points));
-        // Few points, and the noise of their references, must not hide a large error.
-        if (root(interval_end(measured.direct, 19).square) <= largest_direct_share * target.error) break;
-        settings.face_size *= 2;
-        HF_TRY(ShadingGeometry geometry, shading_geometry(direct.scene, settings, progress));
-        larger.emplace(
-            SceneAtFaceSize{std::move(geometry), scene_light(direct.scene, settings, progress.stop)});
-        meter = BakeErrorMeter({direct.scene, larger->geometry, larger->light, settings}, meter);
+Result<DirectChoice> chosen_direct_light(const PointShading& direct, const ErrorTarget& target,
+                                         BakeErrorMeter meter, RenderSettings& settings,
+                                         const Progress& progress) {
+    DirectChoice chosen;
+    const auto measured = [&]() -> Result<SquareEstimate> {
+        HF_TRY(const BakeErrorMeter::Shading found,
+               meter.shading_error(target.error, progress, direct_points));
+        return found.direct;
+    };
+    const auto prepared = [&](const SceneLight& light) -> PointShading {
+        return {direct.scene, chosen.geometry ? *chosen.geometry : direct.geometry, light, settings};
+    };
+    // Few points, and the noise of their references, must not hide a large error.
+    const auto is_accurate = [&](const SquareEstimate& error) {
+        return root(interval_end(error, 19).square) <= largest_direct_share * target.error;
+    };
+    bool may_add_directions = true;
+    HF_TRY(SquareEstimate error, measured());
+    while (!is_accurate(error)) {
+        const SceneLight& light = chosen.light ? *chosen.light : direct.light;
+        if (may_add_directions && !light.sources.empty() &&
+            settings.sources.directions < most_source_directions) {
+            const int before = std::exchange(settings.sources.directions, most_source_directions);
+            SceneLight finer = scene_light(direct.scene, settings, progress.stop);
+            meter = BakeErrorMeter(prepared(finer), meter);
+            HF_TRY(const SquareEstimate found, measured());
+            may_add_directions = root(found.square) <= helpful_directions * root(error.square);
+            if (may_add_directions) {
+                error = found;
+                chosen.light = std::move(finer);
+            } else {
+                settings.sources.directions = before;
+            }
+            meter = BakeErrorMeter(prepared(chosen.light ? *chosen.light : direct.light), meter);
+        } else if (settings.face_size < target.most_face_size) {
+            settings.face_size *= 2;
+            HF_TRY(chosen.geometry, shading_geometry(direct.scene, settings, progress));
+            chosen.light = scene_light(direct.scene, settings, progress.stop);
+            meter = BakeErrorMeter(prepared(*chosen.light), meter);
+            HF_TRY(const SquareEstimate found, measured());
+            may_add_directions = root(found.square) <= helpful_directions * root(error.square);
+            error = found;
+        } else {
+            break;
+        }
     }
-    return larger;
+    return chosen;
 }
 
 /// Chooses the fewest rays with which gathered irradiance is accurate enough, in comparison with many rays at
@@ -493,17 +528,18 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     TargetBake bake;
     RenderSettings settings = direct.settings;
     BakeErrorMeter meter(direct, population);
-    HF_TRY(const std::optional<SceneAtFaceSize> larger,
-           chosen_face_size(direct, target, BakeErrorMeter(direct, meter), settings, progress));
+    HF_TRY(const DirectChoice chosen,
+           chosen_direct_light(direct, target, BakeErrorMeter(direct, meter), settings, progress));
     const auto lit = [&]() -> PointShading {
         return {direct.scene,
-                larger ? larger->geometry : direct.geometry,
-                larger ? larger->light : direct.light,
+                chosen.geometry ? *chosen.geometry : direct.geometry,
+                chosen.light ? *chosen.light : direct.light,
                 settings,
                 nullptr,
                 bake.indirect ? &*bake.indirect : nullptr};
     };
     bake.face_size = settings.face_size;
+    bake.source_directions = settings.sources.directions;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
     BakeErrorMeter::Shading measured;
     bool stops_early = target.stops_early;

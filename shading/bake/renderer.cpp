@@ -5,9 +5,9 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bake/bounced_radiance.h"
+#include "shading/bake/clustered_light.h"
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
-#include "shading/bake/source_light.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/walk/vertex_shading.h"
 
@@ -47,9 +47,13 @@ public:
 
     /// Ends the run and returns the radiance of its points, valid until the next run ends.
     std::span<const Outgoing> finish() {
-        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_);
-        add_lamp_light(shading_.geometry.rays, shading_.light.lamps, receivers_, radiance_);
-        add_emitter_light(shading_.geometry.rays, shading_.light.emitters, receivers_, radiance_);
+        const ShadowRays& rays = shading_.geometry.rays;
+        if (shading_.light.clusters.empty())
+            add_source_light(rays, shading_.light.lights, receivers_, radiance_);
+        else
+            add_clustered_light(rays, shading_.light.clusters, receivers_, radiance_);
+        add_lamp_light(rays, shading_.light.lamps, receivers_, radiance_);
+        add_emitter_light(rays, shading_.light.emitters, receivers_, radiance_);
         finished_.swap(radiance_);
         radiance_.clear();
         receivers_.clear();

@@ -277,11 +277,12 @@ private:
         const auto sum = [&](std::span<const DirectionalLight> lights) {
             return Outgoing(radiance_from_parts(lights, rays, material, at_));
         };
-        const auto& [smooth, sources, lights, lamps, emitters] = context_.baked_light;
-        Outgoing near(radiance_from_lamps(lamps, rays, material, at_));
-        add_emitter_light(rays, emitters, {&at_, 1}, {&near, 1});
-        const Outgoing finest(radiance_from_near(lamps, emitters, rays, material, at_));
-        const Rgb all = (sum(context_.light.parts) + finest).total(), few = (sum(lights) + near).total();
+        const SceneLight& light = context_.baked_light;
+        Outgoing near(radiance_from_lamps(light.lamps, rays, material, at_));
+        add_emitter_light(rays, light.emitters, {&at_, 1}, {&near, 1});
+        const Outgoing finest(radiance_from_near(light.lamps, light.emitters, rays, material, at_));
+        const Rgb all = (sum(context_.light.parts) + finest).total(),
+                  few = (sum(light.lights) + near).total();
         result.sources = result.oracle + few;
         result.baked += few;
         for (Rgb OracleRadiances::*exact :

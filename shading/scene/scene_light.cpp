@@ -3,14 +3,23 @@
 #include "shading/scene/lighting.h"
 
 namespace haarfield {
+namespace {
+
+/// Clusters of this angle [rad] and number of lights are like single lights of SourceRule's default.
+constexpr float cluster_angle = 0.007f;
+constexpr std::size_t cluster_lights = 16;
+
+}  // namespace
 
 SceneLight scene_light(const Environment& environment, const RenderSettings& settings,
                        const std::stop_token& stop) {
     SplitLight split = split_light(environment, settings.sources);
     std::vector<DirectionalLight> lights = all_lights(split.sources);
+    std::vector<LightCluster> clusters;
+    if (settings.sources.directions > 1) clusters = light_clusters(lights, cluster_angle, cluster_lights);
     return {LightPyramid(lighting_tree(split.smooth, settings.face_size, {settings.light_coefficients}, stop),
                          settings.face_size),
-            std::move(split.sources), std::move(lights)};
+            std::move(split.sources), std::move(lights), std::move(clusters)};
 }
 
 EmitterTree scene_emitters(const ShadedScene& scene) {

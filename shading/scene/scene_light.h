@@ -4,6 +4,7 @@
 
 #include <stop_token>
 
+#include "shading/scene/light_clusters.h"
 #include "shading/scene/shaded_scene.h"
 #include "shading/walk/light_pyramid.h"
 
@@ -14,6 +15,8 @@ struct SceneLight {
     LightPyramid smooth;
     std::vector<LightSource> sources;      ///< light_sources.h.
     std::vector<DirectionalLight> lights;  ///< Of all sources.
+    /// The same, if there are so many of them that few shadow rays are to find penumbrae; otherwise empty.
+    std::vector<LightCluster> clusters{};
     std::vector<PlacedLamp> lamps{};
     EmitterTree emitters{};  ///< Of all instances, in the world.
 };

@@ -2,7 +2,7 @@
 /// Concentrated light for radiance transfer: the vectors contain the smooth light, and shadow rays add the
 /// sources.
 
-#include "shading/transfer/light_clusters.h"
+#include "shading/bake/clustered_light.h"
 #include "shading/transfer/radiance_transfer.h"
 
 namespace haarfield {

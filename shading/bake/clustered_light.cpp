@@ -1,73 +1,13 @@
-#include "shading/transfer/light_clusters.h"
+#include "shading/bake/clustered_light.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace haarfield {
 namespace {
 
-constexpr std::size_t most_tried = 4;
 constexpr float negligible_lobe = 2e-4f;  ///< Relative to the lobe's peak.
-
-/// Moves the light nearest to the axis to the front. After it come lights that are each farthest from all
-/// those before.
-void put_tried_first(LightCluster& cluster) {
-    std::vector<DirectionalLight>& lights = cluster.lights;
-    cluster.tried = std::min(most_tried, lights.size());
-    const auto middle = std::ranges::max_element(
-        lights, {}, [&](const DirectionalLight& light) { return light.direction.dot(cluster.axis); });
-    std::iter_swap(lights.begin(), middle);
-    for (std::size_t k = 1; k < cluster.tried; ++k) {
-        const auto nearness = [&](const DirectionalLight& light) {
-            float nearest = -1;
-            for (std::size_t i = 0; i < k; ++i)
-                nearest = std::max(nearest, light.direction.dot(lights[i].direction));
-            return nearest;
-        };
-        const auto next = lights.begin() + static_cast<std::ptrdiff_t>(k);
-        std::iter_swap(next, std::ranges::min_element(next, lights.end(), {}, nearness));
-    }
-}
-
-LightCluster cluster_of(std::span<const DirectionalLight> lights) {
-    LightCluster cluster;
-    cluster.lights.assign(lights.begin(), lights.end());
-    Vec3f sum(0.0f);
-    for (const auto& [direction, irradiance] : lights) {
-        sum += direction;
-        for (std::size_t c = 0; c < 3; ++c) cluster.flux[c] += direction * irradiance[static_cast<int>(c)];
-    }
-    cluster.axis = sum.normalized();
-    for (const DirectionalLight& light : lights)
-        cluster.cosine = std::min(cluster.cosine, light.direction.dot(cluster.axis));
-    cluster.sine = std::sqrt(std::max(0.0f, 1 - cluster.cosine * cluster.cosine));
-    put_tried_first(cluster);
-    return cluster;
-}
-
-/// Divides lights in the middle of their longest extent until they fit a box of the given size.
-void cut(std::span<DirectionalLight> lights, float size, std::vector<LightCluster>& clusters) {
-    Vec3f lower(2.0f), upper(-2.0f);
-    for (const DirectionalLight& light : lights)
-        for (int axis = 0; axis < 3; ++axis) {
-            lower[axis] = std::min(lower[axis], light.direction[axis]);
-            upper[axis] = std::max(upper[axis], light.direction[axis]);
-        }
-    const Vec3f extent = upper - lower;
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-    if (!(extent[axis] > size)) {
-        clusters.push_back(cluster_of(lights));
-        return;
-    }
-    const float middle = 0.5f * (lower[axis] + upper[axis]);
-    const auto others =
-        std::stable_partition(lights.begin(), lights.end(),
-                              [&](const DirectionalLight& light) { return light.direction[axis] < middle; });
-    cut({lights.begin(), others}, size, clusters);
-    cut({others, lights.end()}, size, clusters);
-}
 
 /// The specular term of a receiver, and the directions in which it is not negligible.
 struct SpecularTerm {
@@ -94,12 +34,38 @@ struct SpecularTerm {
     }
 };
 
+/// The radiance of receivers, and its diffuse component if that is wanted.
+struct TotalRadiance {
+    std::span<Rgb> radiance, diffuse;
+
+    void add_diffuse(std::size_t i, const Rgb& added) const {
+        radiance[i] += added;
+        if (!diffuse.empty()) diffuse[i] += added;
+    }
+    void add_specular(std::size_t i, const Rgb& added) const { radiance[i] += added; }
+    void add(std::size_t i, const Outgoing& added) const {
+        radiance[i] += added.total();
+        if (!diffuse.empty()) diffuse[i] += added.diffuse;
+    }
+};
+
+/// Both components of the radiance of receivers.
+struct RadianceComponents {
+    std::span<Outgoing> radiance;
+
+    void add_diffuse(std::size_t i, const Rgb& added) const { radiance[i].diffuse += added; }
+    void add_specular(std::size_t i, const Rgb& added) const { radiance[i].specular += added; }
+    void add(std::size_t i, const Outgoing& added) const { radiance[i] += added; }
+};
+
 /// A packet of neighbouring receivers, and the light added to them.
+///
+/// Radiance  TotalRadiance or RadianceComponents.
+template <class Radiance>
 class LitPacket {
 public:
-    LitPacket(const ShadowRays& rays, std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
-              std::span<Rgb> diffuse)
-        : rays_(rays), receivers_(receivers), radiance_(radiance), diffuse_(diffuse) {
+    LitPacket(const ShadowRays& rays, std::span<const ShadingPoint> receivers, const Radiance& radiance)
+        : rays_(rays), receivers_(receivers), radiance_(radiance) {
         specular_terms_.reserve(receivers.size());
         for (const ShadingPoint& receiver : receivers) specular_terms_.emplace_back(receiver.brdf);
     }
@@ -125,7 +91,7 @@ public:
         }
         const auto faced = static_cast<std::uint16_t>(whole | part);
         if (!faced) return;
-        std::array<std::uint16_t, most_tried> lit{};
+        std::array<std::uint16_t, LightCluster::most_tried> lit{};
         std::uint16_t all = whole, any = 0;
         for (std::size_t k = 0; k < cluster.tried; ++k) {
             lit[k] = receivers_.lit(rays_, cluster.lights[k].direction, faced);
@@ -155,38 +121,44 @@ private:
         const VertexBrdf& brdf = receivers_[i].brdf;
         Rgb by_cosine;
         for (std::size_t c = 0; c < 3; ++c) by_cosine[static_cast<int>(c)] = brdf.normal.dot(cluster.flux[c]);
-        const Rgb shed = brdf.diffuse * by_cosine;
-        radiance_[i] += shed;
-        if (!diffuse_.empty()) diffuse_[i] += shed;
+        radiance_.add_diffuse(i, brdf.diffuse * by_cosine);
         if (specular_terms_[i].may_show(cluster))
             for (const DirectionalLight& light : cluster.lights)
-                radiance_[i] +=
-                    reflectance(specular_terms_[i].brdf, light.direction).total() * light.irradiance;
+                radiance_.add_specular(
+                    i, reflectance(specular_terms_[i].brdf, light.direction).total() * light.irradiance);
     }
 
     void add_one(std::size_t i, const DirectionalLight& light) {
         const VertexBrdf& brdf = receivers_[i].brdf;
-        const float cosine = brdf.normal.dot(light.direction);
-        if (!(cosine > 0)) return;
-        radiance_[i] += reflectance(brdf, light.direction).total() * light.irradiance;
-        if (!diffuse_.empty()) diffuse_[i] += brdf.diffuse * light.irradiance * cosine;
+        if (!(brdf.normal.dot(light.direction) > 0)) return;
+        radiance_.add(i, reflectance(brdf, light.direction) * light.irradiance);
     }
 
     const ShadowRays& rays_;
     ReceiverPacket receivers_;
-    std::span<Rgb> radiance_, diffuse_;
+    const Radiance radiance_;
     std::vector<SpecularTerm> specular_terms_;
 };
 
-}  // namespace
-
-std::vector<LightCluster> light_clusters(std::span<const DirectionalLight> lights, float angle) {
-    std::vector<LightCluster> clusters;
-    if (lights.empty()) return clusters;
-    std::vector<DirectionalLight> sorted(lights.begin(), lights.end());
-    cut(sorted, 2 * angle / std::sqrt(2.0f), clusters);
-    return clusters;
+/// Adds light to all receivers.
+///
+/// part  (std::size_t first, std::size_t count) -> TotalRadiance or RadianceComponents, of these receivers.
+template <class Part>
+void add_to(const ShadowRays& rays, std::span<const LightCluster> clusters,
+            std::span<const ShadingPoint> receivers, std::span<ClusterVisibility> visibility,
+            const Part& part) {
+    constexpr std::size_t packet = ShadowRays::packet;
+    for (std::size_t first = 0; first < receivers.size(); first += packet) {
+        const std::size_t count = std::min(packet, receivers.size() - first);
+        LitPacket here(rays, receivers.subspan(first, count), part(first, count));
+        for (std::size_t c = 0; c < clusters.size(); ++c)
+            here.add(clusters[c],
+                     visibility.empty() ? visibility : visibility.subspan(first * clusters.size() + c),
+                     clusters.size());
+    }
 }
+
+}  // namespace
 
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
@@ -194,16 +166,18 @@ void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> c
     assert(receivers.size() == radiance.size());
     assert(diffuse.empty() || diffuse.size() == radiance.size());
     assert(visibility.empty() || visibility.size() == receivers.size() * clusters.size());
-    constexpr std::size_t packet = ShadowRays::packet;
-    for (std::size_t first = 0; first < receivers.size(); first += packet) {
-        const std::size_t count = std::min(packet, receivers.size() - first);
-        LitPacket here(rays, receivers.subspan(first, count), radiance.subspan(first, count),
-                       diffuse.empty() ? diffuse : diffuse.subspan(first, count));
-        for (std::size_t c = 0; c < clusters.size(); ++c)
-            here.add(clusters[c],
-                     visibility.empty() ? visibility : visibility.subspan(first * clusters.size() + c),
-                     clusters.size());
-    }
+    const auto part = [&](std::size_t first, std::size_t count) -> TotalRadiance {
+        return {radiance.subspan(first, count), diffuse.empty() ? diffuse : diffuse.subspan(first, count)};
+    };
+    add_to(rays, clusters, receivers, visibility, part);
+}
+
+void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
+                         std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance) {
+    assert(receivers.size() == radiance.size());
+    add_to(rays, clusters, receivers, {}, [&](std::size_t first, std::size_t count) -> RadianceComponents {
+        return {radiance.subspan(first, count)};
+    });
 }
 
 }  // namespace haarfield
