@@ -26,6 +26,8 @@ enum class ClusterVisibility : std::uint8_t {
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const ShadingPoint> receivers, std::span<Rgb> radiance,
                          std::span<Rgb> diffuse = {}, std::span<ClusterVisibility> visibility = {});
+
+/// Adds light to both components of the radiance, with the same accuracy.
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const ShadingPoint> receivers, std::span<Outgoing> radiance);
 

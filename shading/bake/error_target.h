@@ -64,7 +64,7 @@ struct TargetBake {
 ///             the face size of their fields.
 /// population  the points at which the bake is displayed.
 /// accuracy    bit-identical for any number of threads.
-/// cost        that of the refinement; measurements take 1 to 2 s of processor time for a target of 1 %.
+/// cost        that of the refinement; measurements take 2 to 3 s of processor time for a target of 1 %.
 /// errors      interrupted.
 Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
                                std::vector<DisplayedPoint> population, const Progress& progress = {});
