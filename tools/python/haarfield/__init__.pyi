@@ -65,6 +65,7 @@ class Scene:
         reach: float = 20.0,
         colours: str = "sampled",
         light_coefficients: int = 1000,
+        source_directions: int = 1,
         depth: int = 32,
         evaluator: str = "tree",
         samples: int = 1024,
@@ -79,6 +80,7 @@ class Scene:
         occlusion_error: float = 0.1,
         reach: float = 20.0,
         light_coefficients: int = 1000,
+        source_directions: int = 1,
         depth: int = 32,
         progress: Progress | None = None,
     ) -> list[dict[str, Any]]: ...
@@ -100,6 +102,7 @@ class Scene:
         occlusion_error: float = 0.1,
         reach: float = 20.0,
         light_coefficients: int = 1000,
+        source_directions: int = 1,
         pruning_error: float = 0.008,
         progress: Progress | None = None,
     ) -> Session: ...
