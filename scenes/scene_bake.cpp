@@ -82,21 +82,21 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     if (is_everywhere) points = displayed_area(entities, direct.scene);
     const ErrorTarget target{*options.error, budget, !is_everywhere, most_face_size, options.stops_early};
     HF_TRY(TargetBake found, target_bake(direct, target, std::move(points), progress));
-    baked.search = SearchOutcome{*options.error,
-                                 found.error,
-                                 found.end,
-                                 budget,
-                                 found.fitted,
-                                 found.cut_edges,
-                                 found.directions,
-                                 found.gathering_rays,
-                                 found.indirect && found.indirect->lit,
-                                 found.face_size,
-                                 found.source_directions,
-                                 found.shaded_points,
-                                 found.rounds,
-                                 is_everywhere,
-                                 found.is_stopped};
+    baked.search = SearchOutcome{.target = *options.error,
+                                 .error = found.error,
+                                 .end = found.end,
+                                 .vertex_budget = budget,
+                                 .fitted = found.fitted,
+                                 .cut_edges = found.cut_edges,
+                                 .directions = found.directions,
+                                 .gathering_rays = found.gathering_rays,
+                                 .is_focused = found.indirect && found.indirect->lit,
+                                 .face_size = found.face_size,
+                                 .source_directions = found.source_directions,
+                                 .shaded_points = found.shaded_points,
+                                 .rounds = found.rounds,
+                                 .is_everywhere = is_everywhere,
+                                 .is_stopped = found.is_stopped};
     baked.refined = std::move(found.meshes);
     indirect = std::move(found.indirect);
     return Done{};

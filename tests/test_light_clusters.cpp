@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "shading/transfer/relight_session.h"
@@ -107,6 +108,10 @@ TEST(LightClusters, HaveAtMostTheWantedNumberOfLights) {
     EXPECT_EQ(all, lights.size());
     const std::vector<DirectionalLight> equal(9, lights[0]);
     EXPECT_EQ(light_clusters(equal, 0.06f, 5).size(), 1u) << "equal directions cannot be separated";
+    std::vector<DirectionalLight> adjacent = equal;
+    for (std::size_t i = 0; i < 8; ++i)
+        adjacent[i].direction.x = std::nextafter(adjacent[i].direction.x, 2.0f);
+    EXPECT_LE(light_clusters(adjacent, 0.06f, 5).size(), 2u);
 }
 
 TEST(LightClusters, IncludeLightThatIsPartlyBelowTheHorizon) {

@@ -134,7 +134,7 @@ TEST(LightSources, AreDividedAsTheRuleRequires) {
     EXPECT_EQ(count({.fraction_per_light = share / 9.5, .solid_angle_of_a_light = 1}), 10u);
     EXPECT_EQ(count({.fraction_per_light = 1, .solid_angle_of_a_light = solid_angle / 19.5}), 20u);
     EXPECT_EQ(count({.fraction_per_light = 1e-6, .most_lights = 33}), 33u);
-    EXPECT_EQ(count({.fraction_per_light = 1e-6, .most_lights = 33, .directions = 4}), 132u);
+    EXPECT_EQ(count({.fraction_per_light = 1e-6, .most_lights = 33, .direction_factor = 4}), 132u);
 }
 
 /// A low sun of one pixel at a straight edge: the penumbra spans the pixel, without large steps.

@@ -217,9 +217,9 @@ std::vector<RenderOption> table() {
     add(number(
         {"source-directions", Set::lighting, accuracy_group, "N",
          "Factor on the number of directions of a sun or bright window",
-         "Each direction is a sharp shadow; many of them are a penumbra. `bake --error` begins with this "
-         "number, and takes up to 16 where penumbrae need them."},
-        {1, 64}, [](auto& c) -> auto& { return c.shading.sources.directions; }));
+         "Each direction casts a sharp shadow; many shadows are a penumbra. `bake --error` begins with this "
+         "factor and takes 16 where penumbrae need it."},
+        {1, 64}, [](auto& c) -> auto& { return c.shading.sources.direction_factor; }));
     add(number(
         {"pruning-error", Set::frames, accuracy_group, "E",
          "Error of frames by pruned transfer vectors; 0: no pruning",

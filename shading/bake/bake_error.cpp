@@ -87,11 +87,13 @@ DrawnMean drawn_mean(std::size_t count, const Value& value) {
     return {mean, std::max(0.0, squares / double(count) - mean * mean) / double(count)};
 }
 
+DrawnMean mean_of(const std::vector<double>& values) {
+    return drawn_mean(values.size(), [&](std::size_t i) { return values[i]; });
+}
+
 double weighted_mean(const std::vector<WeightedValues>& strata) {
     double mean = 0;
-    for (const WeightedValues& stratum : strata)
-        mean += stratum.weight *
-                drawn_mean(stratum.values.size(), [&](std::size_t i) { return stratum.values[i]; }).mean;
+    for (const WeightedValues& stratum : strata) mean += stratum.weight * mean_of(stratum.values).mean;
     return mean;
 }
 
@@ -102,7 +104,7 @@ SquareEstimate estimate(const std::vector<WeightedValues>& strata, double scale)
     std::vector<DrawnMean> drawn;
     double variance = 0;
     for (const WeightedValues& stratum : strata) {
-        drawn.push_back(drawn_mean(stratum.values.size(), [&](std::size_t i) { return stratum.values[i]; }));
+        drawn.push_back(mean_of(stratum.values));
         result.square += scale * stratum.weight * drawn.back().mean;
         variance += std::pow(scale * stratum.weight, 2) * (1 - stratum.share) * drawn.back().variance;
     }
@@ -263,6 +265,14 @@ struct BakeErrorMeter::State {
         for (std::size_t k = 0; k < count && !population.empty(); ++k)
             numbers.push_back(number_below(random, population.size()));
         return numbers;
+    }
+
+    /// Measures the RMS radiance, once. Only indirect light needs the points that steer a refinement.
+    Result<Done> prepare_scale(const Progress& progress) {
+        if (shading.indirect || population.empty()) return prepare(progress);
+        HF_TRY_DONE(measure_direct_square(progress));
+        mean_square = *truth->direct_square;
+        return Done{};
     }
 
     /// Shades the points that steer a refinement, once.
@@ -551,7 +561,7 @@ BakeErrorMeter::~BakeErrorMeter() = default;
 
 Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, const Progress& progress,
                                                               std::size_t count) {
-    HF_TRY_DONE(state_->prepare(progress));
+    HF_TRY_DONE(state_->prepare_scale(progress));
     HF_TRY(const std::vector<ShadedPoint> points, state_->shaded(state_->chosen(count, 2), progress));
     Shading result;
     const std::size_t traced = std::min(path_points, points.size());

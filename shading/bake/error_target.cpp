@@ -32,9 +32,9 @@ constexpr std::size_t gathering_points = 128;
 /// target.
 constexpr double largest_direct_share = 0.5;
 constexpr std::size_t direct_points = 192;
-/// More directions are kept if they reduce the error of direct light to this share.
-constexpr double helpful_directions = 0.8;
-constexpr int most_source_directions = 16;
+/// A choice helps if it reduces the error of direct light to this share.
+constexpr double helpful_share = 0.8;
+constexpr int most_direction_factor = 16;
 /// Factors by which a step may multiply the vertices: few near the target, where each step is measured.
 constexpr double least_growth = 1.06, largest_growth = 4;
 /// Factors by which the vertices grow between two measurements.
@@ -354,10 +354,20 @@ VertexMask displayed_vertices(const ShadedScene& scene, std::span<const Displaye
     return result;
 }
 
-/// The parts of a scene's preparation that a search chose anew.
+/// Geometry and light that a search prepared; none: those that it was given.
 struct DirectChoice {
     std::optional<ShadingGeometry> geometry;
     std::optional<SceneLight> light;
+
+    PointShading shading(const PointShading& direct, const RenderSettings& settings,
+                         const IndirectLight* indirect = nullptr) const {
+        return {direct.scene,
+                geometry ? *geometry : direct.geometry,
+                light ? *light : direct.light,
+                settings,
+                nullptr,
+                indirect};
+    }
 };
 
 /// Chooses the direct light: few directions of suns and windows, and small faces. Starts with those of the
@@ -365,47 +375,43 @@ struct DirectChoice {
 ///
 /// meter  of the direct light.
 Result<DirectChoice> chosen_direct_light(const PointShading& direct, const ErrorTarget& target,
-                                         BakeErrorMeter meter, RenderSettings& settings,
+                                         const BakeErrorMeter& meter, RenderSettings& settings,
                                          const Progress& progress) {
-    DirectChoice chosen;
-    const auto measured = [&]() -> Result<SquareEstimate> {
-        HF_TRY(const BakeErrorMeter::Shading found,
-               meter.shading_error(target.error, progress, direct_points));
-        return found.direct;
-    };
-    const auto prepared = [&](const SceneLight& light) -> PointShading {
-        return {direct.scene, chosen.geometry ? *chosen.geometry : direct.geometry, light, settings};
+    const auto error_of = [&](const DirectChoice& choice) -> Result<SquareEstimate> {
+        HF_TRY(BakeErrorMeter::Shading found, BakeErrorMeter(choice.shading(direct, settings), meter)
+                                                  .shading_error(target.error, progress, direct_points));
+        return std::move(found.direct);
     };
     // Few points, and the noise of their references, must not hide a large error.
     const auto is_accurate = [&](const SquareEstimate& error) {
         return root(interval_end(error, 19).square) <= largest_direct_share * target.error;
     };
-    bool may_add_directions = true;
-    HF_TRY(SquareEstimate error, measured());
+    DirectChoice chosen;
+    bool may_add_directions = !direct.light.sources.empty();
+    HF_TRY(SquareEstimate error, error_of(chosen));
     while (!is_accurate(error)) {
-        const SceneLight& light = chosen.light ? *chosen.light : direct.light;
-        if (may_add_directions && !light.sources.empty() &&
-            settings.sources.directions < most_source_directions) {
-            const int before = std::exchange(settings.sources.directions, most_source_directions);
-            SceneLight finer = scene_light(direct.scene, settings, progress.stop);
-            meter = BakeErrorMeter(prepared(finer), meter);
-            HF_TRY(const SquareEstimate found, measured());
-            may_add_directions = root(found.square) <= helpful_directions * root(error.square);
+        int& factor = settings.sources.direction_factor;
+        if (may_add_directions && factor < most_direction_factor) {
+            const int before = std::exchange(factor, most_direction_factor);
+            std::optional<SceneLight> fewer =
+                std::exchange(chosen.light, scene_light(direct.scene, settings, progress.stop));
+            HF_TRY(SquareEstimate found, error_of(chosen));
+            may_add_directions = root(found.square) <= helpful_share * root(error.square);
             if (may_add_directions) {
-                error = found;
-                chosen.light = std::move(finer);
+                error = std::move(found);
             } else {
-                settings.sources.directions = before;
+                factor = before;
+                chosen.light = std::move(fewer);
             }
-            meter = BakeErrorMeter(prepared(chosen.light ? *chosen.light : direct.light), meter);
         } else if (settings.face_size < target.most_face_size) {
             settings.face_size *= 2;
             HF_TRY(chosen.geometry, shading_geometry(direct.scene, settings, progress));
             chosen.light = scene_light(direct.scene, settings, progress.stop);
-            meter = BakeErrorMeter(prepared(*chosen.light), meter);
-            HF_TRY(const SquareEstimate found, measured());
-            may_add_directions = root(found.square) <= helpful_directions * root(error.square);
-            error = found;
+            HF_TRY(SquareEstimate found, error_of(chosen));
+            // Directions that did not help before may help with faces that do.
+            may_add_directions =
+                !direct.light.sources.empty() && root(found.square) <= helpful_share * root(error.square);
+            error = std::move(found);
         } else {
             break;
         }
@@ -528,18 +534,12 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     TargetBake bake;
     RenderSettings settings = direct.settings;
     BakeErrorMeter meter(direct, population);
-    HF_TRY(const DirectChoice chosen,
-           chosen_direct_light(direct, target, BakeErrorMeter(direct, meter), settings, progress));
-    const auto lit = [&]() -> PointShading {
-        return {direct.scene,
-                chosen.geometry ? *chosen.geometry : direct.geometry,
-                chosen.light ? *chosen.light : direct.light,
-                settings,
-                nullptr,
-                bake.indirect ? &*bake.indirect : nullptr};
+    HF_TRY(const DirectChoice chosen, chosen_direct_light(direct, target, meter, settings, progress));
+    const auto lit = [&] {
+        return chosen.shading(direct, settings, bake.indirect ? &*bake.indirect : nullptr);
     };
     bake.face_size = settings.face_size;
-    bake.source_directions = settings.sources.directions;
+    bake.source_directions = settings.sources.direction_factor;
     HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
     BakeErrorMeter::Shading measured;
     bool stops_early = target.stops_early;

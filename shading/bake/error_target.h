@@ -39,7 +39,7 @@ struct TargetBake {
     int directions = 0;         ///< BounceSettings::directions; 0 without bounces.
     int gathering_rays = 0;     ///< IndirectLight::gathering_rays; 0 without bounces.
     int face_size = 0;          ///< RenderSettings::face_size.
-    int source_directions = 1;  ///< SourceRule::directions.
+    int source_directions = 1;  ///< SourceRule::direction_factor.
     int rounds = 0;             ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
     bool is_stopped = false;        ///< By ErrorTarget::stops_early: the meshes are of no use.

@@ -54,11 +54,13 @@ void cut(std::span<DirectionalLight> lights, float size, std::size_t most,
         }
     const Vec3f extent = upper - lower;
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-    if (!(extent[axis] > size) && (lights.size() <= most || !(extent[axis] > 0))) {
+    const float middle = 0.5f * (lower[axis] + upper[axis]);
+    const bool fits = !(extent[axis] > size) && lights.size() <= most;
+    // Between equal or adjacent numbers there is no middle.
+    if (fits || !(middle > lower[axis])) {
         clusters.push_back(cluster_of(lights));
         return;
     }
-    const float middle = 0.5f * (lower[axis] + upper[axis]);
     const auto others =
         std::stable_partition(lights.begin(), lights.end(),
                               [&](const DirectionalLight& light) { return light.direction[axis] < middle; });

@@ -130,7 +130,7 @@ Rgb surrounding_level(const LatLongImage& image, const std::vector<std::size_t>&
 int light_count(const LightSource& source, const SourceRule& rule) {
     const double wanted = std::max({double(rule.least_lights), source.share / rule.fraction_per_light,
                                     source.solid_angle / rule.solid_angle_of_a_light});
-    return static_cast<int>(std::ceil(std::min(wanted, double(rule.most_lights)) * rule.directions));
+    return static_cast<int>(std::ceil(std::min(wanted, double(rule.most_lights)) * rule.direction_factor));
 }
 
 double light_of(const Vec3d& irradiance) {
@@ -141,9 +141,9 @@ double light_of(const Vec3d& irradiance) {
 ///
 /// share  of the environment's light.
 int pixel_splits(double share, double solid_angle, const SourceRule& rule) {
-    const double parts = rule.directions * std::max(share / rule.fraction_per_direction,
-                                                    solid_angle / rule.solid_angle_per_direction);
-    const double most = rule.most_splits * std::sqrt(rule.directions);
+    const double parts = rule.direction_factor * std::max(share / rule.fraction_per_direction,
+                                                          solid_angle / rule.solid_angle_per_direction);
+    const double most = rule.most_splits * std::sqrt(rule.direction_factor);
     return static_cast<int>(std::ceil(std::clamp(std::sqrt(parts), 1.0, most)));
 }
 

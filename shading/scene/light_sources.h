@@ -40,14 +40,13 @@ struct SourceRule {
     int least_lights = 4;               ///< The number of directions is the largest of this,
     double fraction_per_light = 0.005;  ///< share / this,
     double solid_angle_of_a_light = 1.5e-4;  ///< and solid_angle / this, [sr]
-    int most_lights = 256;                   ///< but at most this,
-    int directions = 1;                      ///< times this.
+    int most_lights = 256;                   ///< but at most this.
     /// A pixel is split into squares until each has at most this fraction of the environment's light
-    /// divided by `directions`
     double fraction_per_direction = 0.0005;
-    double solid_angle_per_direction = 1.5e-5;  ///< and this solid angle [sr], divided likewise,
-    int most_splits = 16;                       ///< but along each edge into at most this number, times the
-                                                ///< root of `directions`.
+    double solid_angle_per_direction = 1.5e-5;  ///< and this solid angle [sr],
+    int most_splits = 16;                       ///< but along each edge into at most this number.
+    /// Multiplies the number of directions and the number of squares of a pixel, with their limits.
+    int direction_factor = 1;
 };
 
 /// The largest width of a smooth image. Wider images with even widths and heights are halved until they are

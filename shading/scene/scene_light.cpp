@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-/// Clusters of this angle [rad] and number of lights are like single lights of SourceRule's default.
+/// A cluster is about as wide as what one direction represents by default, and has few lights. [rad]
 constexpr float cluster_angle = 0.007f;
 constexpr std::size_t cluster_lights = 16;
 
@@ -16,7 +16,8 @@ SceneLight scene_light(const Environment& environment, const RenderSettings& set
     SplitLight split = split_light(environment, settings.sources);
     std::vector<DirectionalLight> lights = all_lights(split.sources);
     std::vector<LightCluster> clusters;
-    if (settings.sources.directions > 1) clusters = light_clusters(lights, cluster_angle, cluster_lights);
+    if (settings.sources.direction_factor > 1)
+        clusters = light_clusters(lights, cluster_angle, cluster_lights);
     return {LightPyramid(lighting_tree(split.smooth, settings.face_size, {settings.light_coefficients}, stop),
                          settings.face_size),
             std::move(split.sources), std::move(lights), std::move(clusters)};

@@ -15,7 +15,7 @@ struct SceneLight {
     LightPyramid smooth;
     std::vector<LightSource> sources;      ///< light_sources.h.
     std::vector<DirectionalLight> lights;  ///< Of all sources.
-    /// The same, if there are so many of them that few shadow rays are to find penumbrae; otherwise empty.
+    /// Clusters of these lights. Empty: each light needs its own shadow ray.
     std::vector<LightCluster> clusters{};
     std::vector<PlacedLamp> lamps{};
     EmitterTree emitters{};  ///< Of all instances, in the world.
