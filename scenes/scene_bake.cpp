@@ -93,6 +93,7 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
                                  .is_focused = found.indirect && found.indirect->lit,
                                  .face_size = found.face_size,
                                  .source_directions = found.source_directions,
+                                 .light_coefficients = found.light_coefficients,
                                  .shaded_points = found.shaded_points,
                                  .rounds = found.rounds,
                                  .is_everywhere = is_everywhere,
@@ -271,13 +272,17 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     std::optional<IndirectLight> indirect;
     const bool is_fine = !options.error && !options.refine && options.colours == BakedColours::sampled;
     if (options.error) {
-        shading.sharing = nullptr;
         HF_TRY_DONE(
             search(shading, scene, entities, options, settings.face_size, pixels, indirect, progress, baked));
-        if (baked.search->is_stopped) return baked;
-        if (!options.passes.empty() && chosen.face_size < settings.face_size) {
-            chosen.face_size = settings.face_size;
-            HF_TRY(geometry, shading_geometry(shaded, chosen, progress));
+        if (baked.search->is_stopped || is_partial(sharing)) return baked;
+        shading.sharing = nullptr;  // a search has all points
+        if (!options.passes.empty()) {
+            chosen.sources.direction_factor = baked.search->source_directions;
+            chosen.light_coefficients = baked.search->light_coefficients;
+            if (chosen.face_size < settings.face_size) {
+                chosen.face_size = settings.face_size;
+                HF_TRY(geometry, shading_geometry(shaded, chosen, progress));
+            }
             light = scene_light(shaded, chosen, progress.stop);
         }
     } else if (is_fine && !by_rays) {

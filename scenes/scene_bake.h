@@ -70,6 +70,7 @@ struct SearchOutcome {
     bool is_focused = false;  ///< IndirectLight::lit was used.
     int face_size = 0;
     int source_directions = 1;
+    int light_coefficients = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;
     bool is_everywhere = false;  ///< The error was measured over all surfaces.
@@ -109,7 +110,8 @@ struct BakedScene {
 /// scene, entities  must outlive the result. `shaded` is their shaded_scene.
 /// options          must pass check_bake (asserted).
 ///                  With BakeOptions::error, the entities are those of search_start, with search_fields.
-/// sharing          null: this process shades all points. If it is partial, the result must not be used.
+/// sharing          null: this process shades all points. If it is partial, the result must not be used. With
+///                  BakeOptions::error, it divides the points at which the search starts.
 /// pixels           for BakeOptions::error: the points of the fine meshes that are visible at the pixels of
 ///                  the picture, row by row from the top. Without any, the error is that of all surfaces.
 /// errors           interrupted.

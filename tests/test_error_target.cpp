@@ -365,6 +365,21 @@ TEST(ErrorTarget, RepresentsSourcesByMoreDirectionsIfPenumbraeNeedThem) {
     EXPECT_EQ(enough.source_directions, 1);
 }
 
+TEST(ErrorTarget, TakesAllWaveletsOfTheLightIfFewAreNotEnough) {
+    LitBox lit;
+    make_accurate(lit);
+    const auto bake = [&](int wavelets) {
+        lit.settings.light_coefficients = wavelets;
+        lit.light = scene_light(lit.example.scene.environment, lit.settings);
+        return *target_bake(lit.shading, {0.04, 100000, false}, floor_points(lit, 16384));
+    };
+    const int most = lit.settings.face_size * lit.settings.face_size;
+    const TargetBake few = bake(1), enough = bake(most / 2);
+    EXPECT_EQ(few.light_coefficients, 0);
+    EXPECT_EQ(few.end, SearchEnd::reached);
+    EXPECT_EQ(enough.light_coefficients, most / 2);
+}
+
 TEST(ErrorTarget, EndsAtTheVertexBudget) {
     const LitBox lit;
     const TargetBake bake =

@@ -136,16 +136,24 @@ TEST_F(FarmTest, IndivisibleWorkIsOneTask) {
     expect_all_worked("plan");
     expect_done({"join", "plan"});
     expect_same_files("plan/results/room", "whole");
+}
 
-    // A search computes the samples that it uses, here none.
+TEST_F(FarmTest, TasksShareTheFirstDirectLightOfASearch) {
+    write_scene();
     expect_done(
-        {"bake", "room.toml", "-o", "searched", "--face-size", "16", "--error", "20%", "--no-render"});
-    expect_done({"plan", "room.toml", "-o", "search", "--tasks", "3", "--bake-options",
-                 "--face-size 16 --error 20% --no-render"});
-    EXPECT_EQ(task_count("search"), 1u);
-    expect_all_worked("search");
-    expect_done({"join", "search"});
-    expect_same_files("search/results/room", "searched");
+        {"bake", "room.toml", "-o", "whole", "--error", "20%", "--pass", "irradiance", "--no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "3", "--bake-options",
+                 "--error 20% --pass irradiance --no-render"});
+    // A search computes the samples that it uses, here none.
+    const std::size_t count = task_count("plan");
+    ASSERT_EQ(count, 3u + 1);
+    for (std::size_t task = 0; task + 1 < count; ++task) EXPECT_EQ(work("plan", task).code, 0) << task;
+    // The last task computes missing parts itself.
+    std::filesystem::remove(folder / "plan/parts/1.part");
+    EXPECT_EQ(work("plan", count - 1).code, 0);
+    EXPECT_EQ(work("plan", 1).code, 0);
+    expect_done({"join", "plan"});
+    expect_same_files("plan/results/room", "whole");
 }
 
 TEST_F(FarmTest, KilledTasksAreRepeatedAndLeaveNoPartialFiles) {

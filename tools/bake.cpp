@@ -84,6 +84,7 @@ void report_search(const Scene& scene, const SearchOutcome& search, CommandConte
                      {"bright_points", search.is_focused ? search.gathering_rays : 0},
                      {"face_size", search.face_size},
                      {"source_directions", search.source_directions},
+                     {"light_coefficients", search.light_coefficients},
                      {"shaded_points", search.shaded_points},
                      {"rounds", search.rounds}}}});
     std::string place;
@@ -180,7 +181,8 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
                                     const BakeOptions& bake) -> Result<BakedScene> {
         HF_TRY(entities,
                opened_entities(start ? search_start(scene, *start) : scene, render, output, context));
-        if (!watch) {
+        const bool is_first = !watch;
+        if (is_first) {
             HF_TRY_DONE(place_camera(scene, entities, options.scene, context));
             expose_room(scene, entities, environment, context);
             shaded.environment = std::move(environment);
@@ -191,7 +193,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         if (bake.error && !bake.everywhere)
             pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
         std::optional<PointSharing> sharing;
-        if (context.share) sharing = point_sharing(*context.share);
+        if (context.share && is_first) sharing = point_sharing(*context.share);
         return baked_scene(scene, entities, shaded, render.shading, bake, context.progress,
                            sharing ? &*sharing : nullptr, pixels);
     };

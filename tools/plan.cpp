@@ -159,8 +159,13 @@ Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vect
                          option_number(arguments, "--last-frame", option_number(arguments, "--frames", 48));
         most = static_cast<std::size_t>(std::max(1.0, last - first + 1));
     }
-    divide(command_cost(planned.scene, arguments), most, options, threads, job);
-    if (job.division == Division::direct && job.parts == 1) job.division = Division::undivided;
+    const JobCost cost = command_cost(planned.scene, arguments);
+    const JobCost remainder = bounces_cost(planned.scene, arguments);
+    divide(cost, most, options, threads, job);
+    if (job.division == Division::direct && job.parts == 1) {
+        job.division = Division::undivided;
+        divide({cost.setup, cost.work + remainder.work, remainder.bytes}, 1, options, threads, job);
+    }
     if (job.division == Division::strips && job.parts % 2 == 1) ++job.parts;  // two sets of lights
     job.inputs = planned.inputs;
     for (const std::string& file : files_in(arguments)) {
@@ -171,7 +176,7 @@ Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vect
     std::vector<PlanJob> jobs{job};
     if (job.division != Division::direct) return jobs;
     job.division = Division::bounces;
-    divide(bounces_cost(planned.scene), 1, options, threads, job);
+    divide(remainder, 1, options, threads, job);
     jobs.push_back(std::move(job));
     return jobs;
 }
@@ -319,13 +324,10 @@ Command plan_command(CLI::App& program) {
         ->type_name("LINE");
     app->footer(
         "--threads is the number of threads of each task. Fields are divided by samples, bakes by vertices,\n"
-        "references by lights and rows, relights by frames. Indirect light is one task per bake and runs "
-        "after\n"
-        "the direct light. One task each: bakes with --error (the default) or --refine, bakes with indirect\n"
-        "light and --colours fitted, references with --relative-error or --radiosity. `--bake-options "
-        "\"--error "
-        "off\"`\n"
-        "divides bakes.\n"
+        "references by lights and rows, relights by frames. Indirect light is one task per bake, after the\n"
+        "direct light, and so is the search of bakes with --error (the default). One task each: bakes with\n"
+        "--refine, bakes with indirect light and --colours fitted, references with --relative-error or\n"
+        "--radiosity.\n"
         "Example:\n  haarfield plan scenes/table_and_chairs.toml -o out/plan --want bake,reference --threads "
         "2\n"
         "  sh out/plan/parallel.sh --jobs 1    # or sh out/plan/slurm.sh");

@@ -28,8 +28,8 @@ constexpr double stopping_share = 0.8;
 constexpr double gathering_share = 0.25;
 constexpr int fewest_rays = 32, most_rays = 1024;
 constexpr std::size_t gathering_points = 128;
-/// Directions of sources are more, or faces larger, while the error of direct light exceeds this share of the
-/// target.
+/// Directions of sources or wavelets are more, or faces larger, while the error of direct light exceeds this
+/// share of the target.
 constexpr double largest_direct_share = 0.5;
 constexpr std::size_t direct_points = 192;
 /// A choice helps if it reduces the error of direct light to this share.
@@ -370,8 +370,8 @@ struct DirectChoice {
     }
 };
 
-/// Chooses the direct light: few directions of suns and windows, and small faces. Starts with those of the
-/// settings, and sets what it chose in them.
+/// Chooses the direct light: few directions of suns and windows, small faces and few wavelets. Starts with
+/// those of the settings, and sets what it chose in them.
 ///
 /// meter  of the direct light.
 Result<DirectChoice> chosen_direct_light(const PointShading& direct, const ErrorTarget& target,
@@ -387,22 +387,26 @@ Result<DirectChoice> chosen_direct_light(const PointShading& direct, const Error
         return root(interval_end(error, 19).square) <= largest_direct_share * target.error;
     };
     DirectChoice chosen;
-    bool may_add_directions = !direct.light.sources.empty();
     HF_TRY(SquareEstimate error, error_of(chosen));
+    // Returns whether light by another value of a setting helps. Otherwise, the value is that of before.
+    const auto helps = [&](int& setting, int value) -> Result<bool> {
+        const int before = std::exchange(setting, value);
+        std::optional<SceneLight> light =
+            std::exchange(chosen.light, scene_light(direct.scene, settings, progress.stop));
+        HF_TRY(SquareEstimate found, error_of(chosen));
+        if (root(found.square) <= helpful_share * root(error.square)) {
+            error = std::move(found);
+            return true;
+        }
+        setting = before;
+        chosen.light = std::move(light);
+        return false;
+    };
+    bool may_add_directions = !direct.light.sources.empty(), may_add_wavelets = true;
     while (!is_accurate(error)) {
-        int& factor = settings.sources.direction_factor;
+        int &factor = settings.sources.direction_factor, &wavelets = settings.light_coefficients;
         if (may_add_directions && factor < most_direction_factor) {
-            const int before = std::exchange(factor, most_direction_factor);
-            std::optional<SceneLight> fewer =
-                std::exchange(chosen.light, scene_light(direct.scene, settings, progress.stop));
-            HF_TRY(SquareEstimate found, error_of(chosen));
-            may_add_directions = root(found.square) <= helpful_share * root(error.square);
-            if (may_add_directions) {
-                error = std::move(found);
-            } else {
-                factor = before;
-                chosen.light = std::move(fewer);
-            }
+            HF_TRY(may_add_directions, helps(factor, most_direction_factor));
         } else if (settings.face_size < target.most_face_size) {
             settings.face_size *= 2;
             HF_TRY(chosen.geometry, shading_geometry(direct.scene, settings, progress));
@@ -412,6 +416,8 @@ Result<DirectChoice> chosen_direct_light(const PointShading& direct, const Error
             may_add_directions =
                 !direct.light.sources.empty() && root(found.square) <= helpful_share * root(error.square);
             error = std::move(found);
+        } else if (may_add_wavelets && wavelets > 0 && wavelets < settings.face_size * settings.face_size) {
+            HF_TRY(may_add_wavelets, helps(wavelets, 0));
         } else {
             break;
         }
@@ -540,7 +546,11 @@ Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& ta
     };
     bake.face_size = settings.face_size;
     bake.source_directions = settings.sources.direction_factor;
-    HF_TRY(SceneRadiance radiance, scene_radiance(lit(), progress));
+    bake.light_coefficients = settings.light_coefficients;
+    PointShading shared = lit();
+    shared.sharing = direct.sharing;
+    HF_TRY(SceneRadiance radiance, scene_radiance(shared, progress));
+    if (is_partial(direct.sharing)) return bake;
     BakeErrorMeter::Shading measured;
     bool stops_early = target.stops_early;
     if (settings.bounces.most > 0) {

@@ -34,34 +34,36 @@ struct TargetBake {
     std::optional<IndirectLight> indirect;  ///< Present if there are bounces.
     BakeError error;
     SearchEnd end = SearchEnd::reached;
-    bool fitted = false;        ///< True: colours are fitted; false: they are the radiance at the vertices.
-    std::size_t cut_edges = 0;  ///< DiscontinuityMeshes::cut_edges; 0: meshes are not cut.
-    int directions = 0;         ///< BounceSettings::directions; 0 without bounces.
-    int gathering_rays = 0;     ///< IndirectLight::gathering_rays; 0 without bounces.
-    int face_size = 0;          ///< RenderSettings::face_size.
-    int source_directions = 1;  ///< SourceRule::direction_factor.
-    int rounds = 0;             ///< Refinement::rounds.
+    bool fitted = false;         ///< True: colours are fitted; false: they are the radiance at the vertices.
+    std::size_t cut_edges = 0;   ///< DiscontinuityMeshes::cut_edges; 0: meshes are not cut.
+    int directions = 0;          ///< BounceSettings::directions; 0 without bounces.
+    int gathering_rays = 0;      ///< IndirectLight::gathering_rays; 0 without bounces.
+    int face_size = 0;           ///< RenderSettings::face_size.
+    int source_directions = 1;   ///< SourceRule::direction_factor.
+    int light_coefficients = 0;  ///< RenderSettings::light_coefficients.
+    int rounds = 0;              ///< Refinement::rounds.
     std::size_t shaded_points = 0;  ///< Refinement::shaded_points.
     bool is_stopped = false;        ///< By ErrorTarget::stops_early: the meshes are of no use.
 };
 
 /// Bakes a scene to a target error with few vertices.
 ///
-/// The search starts with the fine meshes of the entities. First, it measures direct light at a few points
-/// with more directions of suns and windows, or, where these do not help, with larger faces, from those of
-/// the settings on. It stops when the upper end of the 90 % interval of the error is below half of the
-/// target. It chooses the fewest gathering rays whose noise is below a quarter of the target. It then
-/// measures the shading as a whole. While the error of indirect light is too large, it repeats it, first
-/// with focused_indirect_light, then with four times as many directions each time, and keeps the most
-/// accurate one. It then refines the meshes in steps. Whenever the vertices are 4 % more, it measures
-/// interpolation with sampled and with fitted colours; whenever they are 50 % more (300 % where it does not
-/// help, or earlier where it is likely to), also with meshes that are cut along hard shadow edges. It stops
-/// when the upper end of the 90 % interval of interpolation is below what the shading leaves of the target.
-/// Other points measure the reported error. If it exceeds the target, the refinement continues, at most
-/// twice. Where the shading alone exceeds the target, interpolation may have half of its error.
+/// The search starts with the fine meshes of the entities. First, it measures direct light at a few points.
+/// While the upper end of the 90 % interval of its error exceeds half of the target, it tries more
+/// directions of suns and windows, then larger faces, and last all wavelets of the light. It chooses the
+/// fewest gathering rays whose noise is below a quarter of the target. It then measures the shading as a
+/// whole. While the error of indirect light is too large, it repeats it, first with focused_indirect_light,
+/// then with four times as many directions each time, and keeps the most accurate one. It then refines the
+/// meshes in steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with
+/// fitted colours; whenever they are 50 % more (300 % where it does not help, or earlier where it is likely
+/// to), also with meshes that are cut along hard shadow edges. It stops when the upper end of the 90 %
+/// interval of interpolation is below what the shading leaves of the target. Other points measure the
+/// reported error. If it exceeds the target, the refinement continues, at most twice. Where the shading
+/// alone exceeds the target, interpolation may have half of its error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces. Scenes with fields need
-///             the face size of their fields.
+///             the face size of their fields. Its sharing divides the direct light of the fine meshes; if it
+///             is partial, the search ends after them, and the result must not be used.
 /// population  the points at which the bake is displayed.
 /// accuracy    bit-identical for any number of threads.
 /// cost        that of the refinement; measurements take 2 to 3 s of processor time for a target of 1 %.

@@ -151,7 +151,8 @@ std::optional<Division> possible_division(const std::vector<std::string>& argume
     const std::string command = arguments.empty() ? "" : arguments.front();
     if (command == "precompute") return Division::samples;
     if (command == "bake") {
-        if (has_option(arguments, "--refine") || searches(arguments)) return Division::undivided;
+        if (searches(arguments)) return Division::direct;
+        if (has_option(arguments, "--refine")) return Division::undivided;
         if (option_number(arguments, "--bounces", 1) == 0) return Division::shading;
         // Fitting colours uses the indirect light, which needs the direct light of the whole scene first.
         return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense") ||

@@ -35,7 +35,7 @@ enum class Division {
     shading,   ///< A bake without bounces, by its points.
     strips,    ///< A reference, by its two sets of lights and strips of rows.
     frames,    ///< A relight, by its frames.
-    direct,    ///< The direct light of a bake with indirect light, by its points.
+    direct,    ///< The first direct light of a bake with indirect light or with a search, by its points.
     bounces,   ///< The remainder of that bake: one task.
     undivided  ///< One task.
 };

@@ -4,6 +4,7 @@
 #include <set>
 #include <system_error>
 
+#include "scenes/bake_search.h"
 #include "tools/number_option.h"
 
 namespace haarfield {
@@ -14,7 +15,8 @@ constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6,
                  a_dense_vertex = 2e-3, a_ray_sample = 0.3e-6, a_fitted_vertex = 150e-6,
                  a_transfer_vertex = 15e-6, a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6,
                  a_light_of_a_pixel = 0.15e-6, a_rendered_pixel = 30e-6, a_written_vertex = 1e-6,
-                 a_mesh_byte = 50e-9, a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
+                 a_mesh_byte = 50e-9, a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3,
+                 a_direct_choice = 2;
 
 // Measured on the table and chairs and on halls of them, rounded up. [bytes]
 constexpr double program_bytes = 300e6, sample_bytes = 3e3, fine_vertex_bytes = 300, shaded_vertex_bytes = 24,
@@ -108,9 +110,12 @@ bool has_value(const std::vector<std::string>& arguments, std::string_view name,
     return false;
 }
 
-JobCost bounces_cost(const Scene& scene) {
-    return {setup_of(scene), a_bounced_vertex * all_vertices(scene),
-            scene_bytes(scene, bounced_vertex_bytes)};
+JobCost bounces_cost(const Scene& scene, const std::vector<std::string>& arguments) {
+    const double bytes = scene_bytes(scene, bounced_vertex_bytes);
+    if (!searches(arguments)) return {setup_of(scene), a_bounced_vertex * all_vertices(scene), bytes};
+    const double refined = option_number(arguments, "--vertex-budget", 60000);
+    return {setup_of(scene) + a_direct_choice,
+            a_bounced_vertex * all_vertices(search_start(scene)) + 3 * a_vertex * refined, bytes};
 }
 
 JobCost join_cost(const Scene& scene, const std::vector<std::string>& arguments) {
@@ -139,8 +144,11 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
                             : has_value(arguments, "--colours", "fitted")   ? a_fitted_vertex
                             : has_value(arguments, "--occlusion", "fields") ? a_vertex_by_fields
                                                                             : a_vertex;
+        if (searches(arguments))
+            return {setup_of(scene) + a_direct_choice, a_vertex * all_vertices(search_start(scene)),
+                    scene_bytes(scene, shaded_vertex_bytes)};
         const double refined = option_number(arguments, "--vertex-budget", 60000);
-        if (has_option(arguments, "--refine") || searches(arguments))
+        if (has_option(arguments, "--refine"))
             return {setup_of(scene), 3 * a_vertex * refined, scene_bytes(scene, bounced_vertex_bytes)};
         const bool is_whole = possible_division(arguments) == Division::undivided;
         return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1),
