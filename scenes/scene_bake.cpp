@@ -60,18 +60,17 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
     return Done{};
 }
 
-/// Returns the size of cubemaps with which a search starts.
-int least_face_size(const SceneEntities& entities, const RenderSettings& settings) {
-    const bool has_fields = std::ranges::any_of(
-        entities.entities, [](const auto& entity) { return entity->field.has_surroundings(); });
-    return has_fields ? settings.face_size : std::min(settings.face_size, 16);
+/// True if a search must use the size of cubemaps of the fields.
+bool has_fields(const SceneEntities& entities) {
+    return std::ranges::any_of(entities.entities,
+                               [](const auto& entity) { return entity->field.has_surroundings(); });
 }
 
 /// Bakes to a target error.
 ///
 /// indirect  receives the scene's indirect light, if there are bounces.
 Result<Done> search(const PointShading& direct, const Scene& scene, const SceneEntities& entities,
-                    const BakeOptions& options, int most_face_size,
+                    const BakeOptions& options, int usual_face_size,
                     std::span<const std::optional<MeshPoint>> pixels, std::optional<IndirectLight>& indirect,
                     const Progress& progress, BakedScene& baked) {
     const std::size_t budget =
@@ -80,7 +79,14 @@ Result<Done> search(const PointShading& direct, const Scene& scene, const SceneE
     if (!options.everywhere) points = displayed_points(entities, direct.scene, pixels);
     const bool is_everywhere = points.empty();
     if (is_everywhere) points = displayed_area(entities, direct.scene);
-    const ErrorTarget target{*options.error, budget, !is_everywhere, most_face_size, options.stops_early};
+    const int most_face_size =
+        has_fields(entities) ? usual_face_size : std::max(usual_face_size, options.most_face_size);
+    const ErrorTarget target{.error = *options.error,
+                             .vertex_budget = budget,
+                             .by_view = !is_everywhere,
+                             .usual_face_size = usual_face_size,
+                             .most_face_size = most_face_size,
+                             .stops_early = options.stops_early};
     HF_TRY(TargetBake found, target_bake(direct, target, std::move(points), progress));
     baked.search = SearchOutcome{.target = *options.error,
                                  .error = found.error,
@@ -265,7 +271,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
         }
     }
     RenderSettings chosen = settings;
-    if (options.error) chosen.face_size = least_face_size(entities, settings);
+    if (options.error && !has_fields(entities)) chosen.face_size = std::min(settings.face_size, 16);
     HF_TRY(ShadingGeometry geometry, shading_geometry(shaded, chosen, progress));
     SceneLight light = scene_light(shaded, chosen, progress.stop);
     PointShading shading{shaded, geometry, light, chosen, nullptr, nullptr, sharing};
@@ -279,8 +285,9 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
         if (!options.passes.empty()) {
             chosen.sources.direction_factor = baked.search->source_directions;
             chosen.light_coefficients = baked.search->light_coefficients;
-            if (chosen.face_size < settings.face_size) {
-                chosen.face_size = settings.face_size;
+            const int face_size = std::max(settings.face_size, baked.search->face_size);
+            if (chosen.face_size < face_size) {
+                chosen.face_size = face_size;
                 HF_TRY(geometry, shading_geometry(shaded, chosen, progress));
             }
             light = scene_light(shaded, chosen, progress.stop);

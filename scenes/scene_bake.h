@@ -27,6 +27,8 @@ struct BakeOptions {
     /// The target of target_bake; none: the other members choose the vertices.
     std::optional<double> error;
     bool everywhere = false;  ///< With `error`: it is measured over all surfaces, not over a picture.
+    /// With `error`: ErrorTarget::most_face_size, if the scene has no fields.
+    int most_face_size = 128;
     /// With `error`: ErrorTarget::stops_early.
     bool stops_early = false;
     Evaluator evaluator = Evaluator::tree;

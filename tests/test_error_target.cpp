@@ -380,6 +380,22 @@ TEST(ErrorTarget, TakesAllWaveletsOfTheLightIfFewAreNotEnough) {
     EXPECT_EQ(enough.light_coefficients, most / 2);
 }
 
+TEST(ErrorTarget, TakesTheLargestFacesOnlyIfTheTargetIsNotReachedOtherwise) {
+    LitBox lit;
+    make_accurate(lit);
+    lit.settings.bounces.most = 0;
+    const auto face_size = [&](double error) {
+        const ErrorTarget target{.error = error,
+                                 .vertex_budget = 1000,
+                                 .by_view = false,
+                                 .usual_face_size = lit.settings.face_size,
+                                 .most_face_size = 2 * lit.settings.face_size};
+        return target_bake(lit.shading, target, floor_points(lit, 16384))->face_size;
+    };
+    EXPECT_EQ(face_size(0.1), lit.settings.face_size);
+    EXPECT_EQ(face_size(0.0005), 2 * lit.settings.face_size);
+}
+
 TEST(ErrorTarget, EndsAtTheVertexBudget) {
     const LitBox lit;
     const TargetBake bake =
@@ -396,8 +412,9 @@ TEST(ErrorTarget, StopsEarlyIfIndirectLightIsNotAccurateEnough) {
     make_accurate(lit);
     const auto bake = [&](double error, int most) {
         lit.settings.bounces.most = most;
-        return *target_bake(lit.shading, {error, 100000, false, 0, true},
-                            area_points(lit.example.scene, 4096));
+        const ErrorTarget target{
+            .error = error, .vertex_budget = 100000, .by_view = false, .stops_early = true};
+        return *target_bake(lit.shading, target, area_points(lit.example.scene, 4096));
     };
     const TargetBake stopped = bake(0.003, any_bounces), reached = bake(0.06, any_bounces);
     EXPECT_TRUE(stopped.is_stopped);

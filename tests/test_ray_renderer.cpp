@@ -172,6 +172,42 @@ TEST(RayRenderer, AgreesWithDenseSums) {
     EXPECT_LT(std::sqrt(error / energy), 0.004);
 }
 
+TEST(RayRenderer, FocusedSamplesHaveTheSameMeanAndLessNoiseWhereLittleLightArrives) {
+    // Below a wide roof, which blocks the bright zenith.
+    ExampleScene example;
+    example.scene.instances = {{example.add_entity(square_mesh(0.1f, 0), matte(0.5f)), {}},
+                               {example.add_entity(square_mesh(3, 0), matte(0.5f)), {{0, 0.5f, 0}, 1}}};
+    example.scene.environment =
+        environment([](const Vec3d& direction) { return direction.y > 0.9 ? 1000.0 : 1.0; });
+    example.scene.environment.suns = {{Vec3f(0, 1, 0), 0.01f, Rgb(1000)},
+                                      {Vec3f(0.995f, 0.1f, 0), 0.01f, Rgb(3)}};
+    example.scene.eye = {0, 0.2f, 1};
+    const SurfacePoint point = surface_point(example.scene.entities[0], 0);
+    const ShadingPoint at = shading_point(example.scene, example.scene.instances[0], point);
+    const RayScene plain(example.scene);
+    RayScene focused(example.scene);
+    focused.focus(std::vector<SurfacePlace>(256, {at.from, at.brdf.normal}));
+    const auto estimate = [&](const RayScene& rays, std::uint32_t samples, std::uint32_t seed) {
+        return double(ray_radiance(rays, 0, point, samples, seed).total().y);
+    };
+    const double exact = estimate(plain, 1u << 20, 1);
+    EXPECT_NEAR(estimate(focused, 1u << 17, 2) / exact, 1, 0.01);
+    const auto variance = [&](const RayScene& rays) {
+        double sum = 0;
+        for (std::uint32_t seed = 0; seed < 64; ++seed)
+            sum += std::pow(estimate(rays, 64, seed) - exact, 2) / 64;
+        return sum;
+    };
+    EXPECT_LT(variance(focused), variance(plain) / 4);
+
+    // In the open, samples are the same.
+    const Plane plane(matte(0.5f));
+    const SurfacePoint in_open = surface_point(plane.scene.entities[0], 0);
+    RayScene unchanged(plane.scene);
+    unchanged.focus(std::vector<SurfacePlace>(16, {Vec3f(0, 0.01f, 0), Vec3f(0, 1, 0)}));
+    EXPECT_EQ(ray_radiance(unchanged, 0, in_open, 64, 1).total(), plane.at(64));
+}
+
 TEST(RayRenderer, SetsOfSharedSamplesAreThoseOfTheirNumbersAsSeeds) {
     const Boxes boxes;
     const RayScene rays(boxes.scene);

@@ -107,7 +107,7 @@ RenderOption face_size() {
     row.is_whole = true;
     row.text = [](const RenderChoices& c) { return std::to_string(c.entities.face_size); };
     row.set_text = [](RenderChoices& c, const std::string& text) {
-        c.entities.face_size = c.shading.face_size = std::stoi(text);
+        c.entities.face_size = c.shading.face_size = c.bake.most_face_size = std::stoi(text);
     };
     return row;
 }

@@ -17,7 +17,7 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t steering_points = 2048, path_points = 128;
+constexpr std::size_t steering_points = 2048, path_points = 128, focus_points = 512;
 constexpr std::size_t resamplings = 200;
 /// The largest ratio of the deviations of an estimate and of a resampled one.
 constexpr double largest_ratio = 4;
@@ -27,9 +27,9 @@ constexpr std::size_t scale_points = 131072;
 constexpr std::uint32_t scale_samples = 4, scale_sets = 4096;
 /// Paths of a point: of each of the pilot estimates, and of a reference.
 constexpr std::uint32_t pilot_estimates = 4, pilot_samples = 32, least_path_samples = 32,
-                        most_path_samples = 16384;
-/// References have at most this many paths per point on average.
-constexpr double most_mean_path_samples = 2048;
+                        most_path_samples = 65536;
+/// The most paths of each of two references of all points.
+constexpr double most_paths = 1 << 21;
 /// The error that the noise of all paths adds to a bake without errors, relative to the wanted accuracy.
 constexpr double path_noise_share = 0.3;
 constexpr double interval = 0.9;
@@ -167,7 +167,7 @@ PathCounts path_counts(std::span<const double> variances, std::span<const double
     }
     PathCounts counts;
     double factor = wanted > 0 ? std::sqrt(sum) / wanted : 0;
-    const double largest = sum > 0 ? most_mean_path_samples * double(variances.size()) / sum : 0;
+    const double largest = sum > 0 ? most_paths / sum : 0;
     counts.are_limited = !(wanted > 0 && factor < largest);
     factor = std::min(factor, largest);
     for (const double share : shares)
@@ -206,13 +206,21 @@ struct BakeErrorMeter::Truth {
     /// Two independent references of direct light.
     using DirectPair = std::array<Outgoing, 2>;
 
+    /// Two independent references of indirect light.
+    struct PathPair {
+        double variance = 0;        ///< Of one path. [(W/(m^2 sr))^2]
+        std::uint32_t samples = 0;  ///< Of each reference; 0: the references are not set.
+        std::array<Vec3d, 2> displayed;
+    };
+
     const std::vector<DisplayedPoint> population;
     const PlacedSolids solids;
     std::optional<RayScene> rays;  ///< Once it is needed.
     std::optional<DirectRays> direct_rays;
-    std::uint32_t direct_samples = 0;           ///< Of direct_rays; never fewer than before.
-    std::vector<DirectPair> of_shading_points;  ///< Of the first points of shading_error, by direct_rays.
-    std::optional<double> direct_square;        ///< The mean square of the direct light, once it is needed.
+    std::uint32_t direct_samples = 0;               ///< Of direct_rays; never fewer than before.
+    std::vector<DirectPair> of_shading_points;      ///< Of the first points of shading_error, by direct_rays.
+    std::vector<PathPair> paths_of_shading_points;  ///< Of its first points.
+    std::optional<double> direct_square;  ///< The mean square of the direct light, once it is needed.
 };
 
 struct BakeErrorMeter::State {
@@ -294,7 +302,7 @@ struct BakeErrorMeter::State {
     /// contribute most of it.
     Result<Done> measure_direct_square(const Progress& progress) const {
         if (truth->direct_square) return Done{};
-        if (!truth->rays) truth->rays.emplace(shading.scene);
+        prepare_rays();
         const DirectRays rays(*truth->rays, scale_samples, scale_sets);
         const std::size_t count = std::min(scale_points, population.size());
         std::vector<std::optional<double>> squares(count);  // none: buried
@@ -328,9 +336,24 @@ struct BakeErrorMeter::State {
                              shading.scene.entities[placed.entity].materials[point.point.material], set);
     }
 
+    /// Prepares the rays of references, once.
+    void prepare_rays() const {
+        if (truth->rays) return;
+        truth->rays.emplace(shading.scene);
+        std::vector<SurfacePlace> places;
+        const std::size_t count = std::min(focus_points, population.size());
+        for (std::size_t k = 0; k < count; ++k)
+            if (const std::optional<ShadedPoint> found = point(k * population.size() / count)) {
+                const ShadingPoint at = shading_point(
+                    shading.scene, shading.scene.instances[found->at.instance], found->at.point);
+                places.push_back({at.from, at.brdf.normal});
+            }
+        truth->rays->focus(places);
+    }
+
     /// Sets the number of samples of references, if it is larger than before.
     void set_direct_samples(std::uint32_t samples) {
-        if (!truth->rays) truth->rays.emplace(shading.scene);
+        prepare_rays();
         if (truth->direct_samples >= samples) return;
         truth->direct_rays.emplace(*truth->rays, samples,
                                    std::clamp(direct_set_samples / samples, fewest_sets, most_sets));
@@ -388,10 +411,12 @@ struct BakeErrorMeter::State {
     /// Compares shaded points with references.
     ///
     /// known           references of direct light of the first points; those of the others are added.
+    /// known_paths     likewise, of indirect light.
     /// traced_weights  the weights of the first points in the mean over the population; the indirect light
     ///                 of these is compared.
     Result<std::vector<Reference>> references(std::span<const ShadedPoint> points, double accuracy,
                                               std::vector<Truth::DirectPair>& known,
+                                              std::vector<Truth::PathPair>& known_paths,
                                               std::span<const double> traced_weights,
                                               const Progress& progress) {
         HF_TRY(const Pairs direct, direct_errors(points, accuracy, known, progress));
@@ -404,7 +429,8 @@ struct BakeErrorMeter::State {
             reference.direct = (direct[k][0] + direct[k][1]) * 0.5;
         }
         if (!shading.indirect) return result;
-        HF_TRY(const Pairs indirect, indirect_errors(points, accuracy, traced_weights, progress));
+        HF_TRY(const Pairs indirect,
+               indirect_errors(points, accuracy, traced_weights, known_paths, progress));
         for (std::size_t k = 0; k < indirect.size(); ++k) {
             Reference& reference = result[k];
             reference.has_indirect = true;
@@ -416,49 +442,71 @@ struct BakeErrorMeter::State {
     }
 
     /// Compares the indirect light of the first points with paths, as many as their noise requires.
+    ///
+    /// known  references of the first points; those of the others are added, and those with too few paths are
+    ///        replaced.
     Result<Pairs> indirect_errors(std::span<const ShadedPoint> points, double accuracy,
-                                  std::span<const double> weights, const Progress& progress) const {
+                                  std::span<const double> weights, std::vector<Truth::PathPair>& known,
+                                  const Progress& progress) const {
         const PathTracer paths(*truth->rays, *shading.indirect->surface);
-        const std::size_t traced = weights.size();
-        const auto indirect_error = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
+        const std::size_t traced = weights.size(), first = known.size();
+        const auto reference = [&](std::size_t k, std::uint32_t samples, std::uint32_t seed) {
             const ShadedPoint& point = points[k];
             const ShadingPoint seen =
                 shading_point(shading.scene, shading.scene.instances[point.at.instance], point.at.point);
-            const Outgoing reference = paths.indirect_radiance(seen.from, seen.brdf, samples, seed);
-            return point.displayed.displayed(point.indirect) - point.displayed.displayed(reference);
+            return point.displayed.displayed(paths.indirect_radiance(seen.from, seen.brdf, samples, seed));
         };
+        std::vector<std::size_t> missing;
+        for (std::size_t k = first; k < traced; ++k) missing.push_back(k);
         HF_TRY(const auto pilot,
                estimates<pilot_estimates>(
-                   traced,
-                   [&](std::size_t k, std::uint32_t seed) { return indirect_error(k, pilot_samples, ~seed); },
+                   missing,
+                   [&](std::size_t k, std::uint32_t seed) { return reference(k, pilot_samples, ~seed); },
                    progress));
+        known.resize(std::max(first, traced));
+        for (std::size_t n = 0; n < missing.size(); ++n)
+            known[missing[n]].variance = pilot_samples * variance_of(pilot[n]);
         std::vector<double> variances(traced);
-        for (std::size_t k = 0; k < traced; ++k) variances[k] = pilot_samples * variance_of(pilot[k]);
+        for (std::size_t k = 0; k < traced; ++k) variances[k] = known[k].variance;
         const double wanted = std::pow(path_noise_share * accuracy, 2) * mean_square;
         for (double goal = wanted;; goal /= 4) {
             const PathCounts samples = path_counts(variances, weights, goal);
-            const auto by_paths = [&](std::size_t k, std::uint32_t seed) {
-                return indirect_error(k, samples.by_point[k], seed);
-            };
-            HF_TRY(Pairs errors, estimates<2>(traced, by_paths, progress));
+            missing.clear();
+            for (std::size_t k = 0; k < traced; ++k)
+                if (known[k].samples < samples.by_point[k]) missing.push_back(k);
+            HF_TRY(const auto found, estimates<2>(
+                                         missing,
+                                         [&](std::size_t k, std::uint32_t seed) {
+                                             return reference(k, samples.by_point[k], seed);
+                                         },
+                                         progress));
+            for (std::size_t n = 0; n < missing.size(); ++n) {
+                Truth::PathPair& pair = known[missing[n]];
+                pair.samples = samples.by_point[missing[n]];
+                pair.displayed = found[n];
+            }
+            Pairs errors(traced);
+            for (std::size_t k = 0; k < traced; ++k)
+                for (std::size_t r = 0; r < 2; ++r)
+                    errors[k][r] = points[k].displayed.displayed(points[k].indirect) - known[k].displayed[r];
             if (samples.are_limited || product_deviation(errors, weights) <= 2 * wanted) return errors;
         }
     }
 
-    /// Returns independent estimates by point.
+    /// Returns independent estimates for points.
     ///
-    /// estimate  (std::size_t number, std::uint32_t seed) -> Vec3d. Called from many threads.
+    /// estimate  (std::size_t point, std::uint32_t seed) -> Vec3d. Called from many threads.
     template <std::size_t count, class Estimate>
-    static Result<std::vector<std::array<Vec3d, count>>> estimates(std::size_t points,
+    static Result<std::vector<std::array<Vec3d, count>>> estimates(std::span<const std::size_t> points,
                                                                    const Estimate& estimate,
                                                                    const Progress& progress) {
-        std::vector<std::array<Vec3d, count>> result(points);
+        std::vector<std::array<Vec3d, count>> result(points.size());
         HF_TRY_DONE(parallel_loop(
-            {points},
+            {points.size()},
             [&]() -> LoopBody {
-                return [&](std::size_t k) {
+                return [&](std::size_t n) {
                     for (std::uint32_t r = 0; r < count; ++r)
-                        result[k][r] = estimate(k, mixed_seed(std::uint32_t(k), r));
+                        result[n][r] = estimate(points[n], mixed_seed(std::uint32_t(points[n]), r));
                 };
             },
             "reference points", progress));
@@ -566,8 +614,8 @@ Result<BakeErrorMeter::Shading> BakeErrorMeter::shading_error(double accuracy, c
     Shading result;
     const std::size_t traced = std::min(path_points, points.size());
     const std::vector<double> weights(traced, 1 / double(std::max<std::size_t>(1, traced)));
-    HF_TRY(result.references,
-           state_->references(points, accuracy, state_->truth->of_shading_points, weights, progress));
+    HF_TRY(result.references, state_->references(points, accuracy, state_->truth->of_shading_points,
+                                                 state_->truth->paths_of_shading_points, weights, progress));
     WeightedValues direct{1, {}}, indirect{1, {}}, both{1, {}};
     for (const Reference& reference : result.references) {
         direct.values.push_back(reference.direct_product);
@@ -629,10 +677,11 @@ Result<BakeErrorMeter::Interpolation> BakeErrorMeter::reported_error(const Displ
         weights.push_back(points.weights[s] / double(traced_of[s]));
     }
     std::vector<Truth::DirectPair> direct;
+    std::vector<Truth::PathPair> paths;
     // The noise must be small compared with the error that is reported.
     const double expected = std::clamp(root(result.square.square), std::min(0.5 * accuracy, 0.005), accuracy);
     HF_TRY(const std::vector<Reference> references,
-           state_->references(selected, expected, direct, weights, progress));
+           state_->references(selected, expected, direct, paths, weights, progress));
     for (const double weight : points.weights) result.strata.push_back({weight, {}});
     for (std::size_t n = 0; n < chosen.size(); ++n)
         result.strata[points.stratum[chosen[n]]].references.push_back(references[n]);

@@ -30,29 +30,34 @@ Vec3f disc_direction(const SunDisc& disc, double u, double v) {
 
 }  // namespace
 
-EnvironmentSampler::EnvironmentSampler(const Environment& environment) : environment_(environment) {
+EnvironmentSampler::EnvironmentSampler(const Environment& environment, std::optional<ArrivingShares> shares)
+    : environment_(&environment), shares_(std::move(shares)) {
     const LatLongImage& image = environment.image;
     for (int row = 0; row < image.height; ++row) {
         const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height);
         double sum = 0;
         for (int column = 0; column < image.width; ++column) {
             const std::size_t pixel = std::size_t(row) * std::size_t(image.width) + std::size_t(column);
-            columns_.push_back(sum += double(luminance(image.pixels[pixel])) * solid_angle);
+            columns_.push_back(sum +=
+                               double(luminance(image.pixels[pixel])) * share_of(row, column) * solid_angle);
         }
         rows_.push_back(total_ += sum);
     }
-    for (const SunDisc& sun : environment.suns) discs_.push_back(total_ += double(luminance(sun.irradiance)));
+    for (std::size_t i = 0; i < environment.suns.size(); ++i)
+        discs_.push_back(total_ += double(luminance(environment.suns[i].irradiance)) * share_of_sun(i));
 }
 
 LightSample EnvironmentSampler::sample(const std::array<double, 2>& place) const {
-    const LatLongImage& image = environment_.image;
+    const LatLongImage& image = environment_->image;
     const double of_image = rows_.empty() ? 0 : rows_.back();
     double x = place[0], y = place[1] * total_;
     if (y >= of_image && !discs_.empty()) {
-        const SunDisc& disc = environment_.suns[chosen(discs_, of_image, y)];
+        const std::size_t sun = chosen(discs_, of_image, y);
+        const SunDisc& disc = environment_->suns[sun];
         const double solid_angle = 2 * pi * (1 - std::cos(double(disc.angular_radius)));
         return {disc_direction(disc, x, y), disc.irradiance / float(solid_angle),
-                double(luminance(disc.irradiance)) / (total_ * solid_angle), far_away, true};
+                double(luminance(disc.irradiance)) * share_of_sun(sun) / (total_ * solid_angle), far_away,
+                true};
     }
     const std::size_t width = std::size_t(image.width), row = chosen(rows_, 0, y);
     const std::span<const double> columns = std::span(columns_).subspan(row * width, width);
@@ -61,19 +66,28 @@ LightSample EnvironmentSampler::sample(const std::array<double, 2>& place) const
     const double top = std::sin(pi * (0.5 - double(row) / image.height)),
                  bottom = std::sin(pi * (0.5 - double(row + 1) / image.height));
     const double latitude = std::asin(std::clamp(top + (bottom - top) * y, -1.0, 1.0));
-    const Rgb& radiance = image.pixels[row * width + column];
-    return {Vec3f(lat_long_direction((double(column) + x) / image.width, 0.5 - latitude / pi)), radiance,
-            double(luminance(radiance)) / total_, far_away, false};
+    return {Vec3f(lat_long_direction((double(column) + x) / image.width, 0.5 - latitude / pi)),
+            image.pixels[row * width + column], density_of(int(row), int(column)), far_away, false};
 }
 
 void EnvironmentSampler::look_up(const Vec3f& direction, Rgb& radiance, double& density) const {
-    const LatLongImage& image = environment_.image;
+    const LatLongImage& image = environment_->image;
     double x = 0, y = 0;
     lat_long_point(Vec3d(direction), x, y);
     const int column = std::min(int(x * image.width), image.width - 1),
               row = std::min(int(y * image.height), image.height - 1);
     radiance = image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
-    density = total_ > 0 ? double(luminance(radiance)) / total_ : 0;
+    density = total_ > 0 ? density_of(row, column) : 0;
+}
+
+double EnvironmentSampler::density_of(int row, int column) const {
+    const LatLongImage& image = environment_->image;
+    const Rgb& radiance = image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
+    return double(luminance(radiance)) * share_of(row, column) / total_;
+}
+
+double EnvironmentSampler::share_of(int row, int column) const {
+    return shares_ ? double(shares_->of_pixel(row, column, environment_->image)) : 1;
 }
 
 EmitterSampler::EmitterSampler(std::vector<Emitter> emitters) : emitters_(std::move(emitters)) {

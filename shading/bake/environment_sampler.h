@@ -21,12 +21,28 @@ struct LightSample {
     bool is_disc;     ///< From a sun, which no other technique samples.
 };
 
-/// Samples directions in proportion to an environment's luminance: pixels by their inverse CDF, and uniformly
-/// within the solid angle of a pixel; discs uniformly.
+/// The shares of points that distant light reaches, by direction.
+struct ArrivingShares {
+    static constexpr int rows = 16, columns = 32;
+    /// By cell. Cells have equal angles, as the pixels of a lat-long image do; shares are positive.
+    std::array<float, std::size_t(rows) * columns> cells;
+    std::vector<float> suns;  ///< Of Environment::suns; positive.
+
+    /// Returns the share of a pixel's directions.
+    float of_pixel(int row, int column, const LatLongImage& image) const {
+        return cells[std::size_t(row * rows / image.height * columns + column * columns / image.width)];
+    }
+};
+
+/// Samples directions in proportion to an environment's luminance, times the share of points that it reaches:
+/// pixels by their inverse CDF, and uniformly within the solid angle of a pixel; discs uniformly.
 class EnvironmentSampler {
 public:
     /// The environment must outlive it.
-    explicit EnvironmentSampler(const Environment& environment);
+    ///
+    /// shares  none: all are 1.
+    explicit EnvironmentSampler(const Environment& environment,
+                                std::optional<ArrivingShares> shares = std::nullopt);
 
     bool is_black() const { return !(total_ > 0); }  ///< True if there is nothing to sample.
 
@@ -37,9 +53,15 @@ public:
     void look_up(const Vec3f& direction, Rgb& radiance, double& density) const;
 
 private:
-    const Environment& environment_;
-    std::vector<double> rows_, columns_;  ///< Running sums of luminance * solid angle: of rows; in each row.
-    std::vector<double> discs_;           ///< Running sums, continuing those of the rows.
+    double density_of(int row, int column) const;  ///< Of directions in a pixel. [1/sr]
+    double share_of(int row, int column) const;
+    double share_of_sun(std::size_t sun) const { return shares_ ? double(shares_->suns[sun]) : 1; }
+
+    const Environment* environment_;
+    std::optional<ArrivingShares> shares_;
+    std::vector<double> rows_,
+        columns_;                ///< Running sums of luminance * solid angle * share: of rows; in each row.
+    std::vector<double> discs_;  ///< Running sums, continuing those of the rows.
     double total_ = 0;
 };
 

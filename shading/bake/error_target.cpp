@@ -15,7 +15,7 @@ namespace {
 /// The share of the shading's error that interpolation may have if the shading alone exceeds the target.
 constexpr double least_share = 0.5;
 /// The share of the target at which the search ends, since other points measure the reported error.
-constexpr double margin = 0.97;
+constexpr double margin = 0.93;
 /// Indirect light gets more directions while its error exceeds this share of the target.
 constexpr double largest_indirect_share = 0.4;
 constexpr int most_directions = 2048;
@@ -32,6 +32,8 @@ constexpr std::size_t gathering_points = 128;
 /// share of the target.
 constexpr double largest_direct_share = 0.5;
 constexpr std::size_t direct_points = 192;
+/// Faces are larger than usual while the error exceeds this share.
+constexpr double unreachable_share = 0.8;
 /// A choice helps if it reduces the error of direct light to this share.
 constexpr double helpful_share = 0.8;
 constexpr int most_direction_factor = 16;
@@ -402,15 +404,20 @@ Result<DirectChoice> chosen_direct_light(const PointShading& direct, const Error
         chosen.light = std::move(light);
         return false;
     };
+    const auto by_faces = [&]() -> Result<DirectChoice> {
+        DirectChoice choice;
+        HF_TRY(choice.geometry, shading_geometry(direct.scene, settings, progress));
+        choice.light = scene_light(direct.scene, settings, progress.stop);
+        return choice;
+    };
     bool may_add_directions = !direct.light.sources.empty(), may_add_wavelets = true;
     while (!is_accurate(error)) {
         int &factor = settings.sources.direction_factor, &wavelets = settings.light_coefficients;
         if (may_add_directions && factor < most_direction_factor) {
             HF_TRY(may_add_directions, helps(factor, most_direction_factor));
-        } else if (settings.face_size < target.most_face_size) {
+        } else if (settings.face_size < target.usual_face_size) {
             settings.face_size *= 2;
-            HF_TRY(chosen.geometry, shading_geometry(direct.scene, settings, progress));
-            chosen.light = scene_light(direct.scene, settings, progress.stop);
+            HF_TRY(chosen, by_faces());
             HF_TRY(SquareEstimate found, error_of(chosen));
             // Directions that did not help before may help with faces that do.
             may_add_directions =
@@ -418,6 +425,18 @@ Result<DirectChoice> chosen_direct_light(const PointShading& direct, const Error
             error = std::move(found);
         } else if (may_add_wavelets && wavelets > 0 && wavelets < settings.face_size * settings.face_size) {
             HF_TRY(may_add_wavelets, helps(wavelets, 0));
+        } else if (settings.face_size < target.most_face_size &&
+                   root(error.square) > unreachable_share * target.error) {
+            settings.face_size *= 2;
+            HF_TRY(DirectChoice larger, by_faces());
+            HF_TRY(SquareEstimate found, error_of(larger));
+            if (root(found.square) > helpful_share * root(error.square)) {
+                settings.face_size /= 2;
+                break;
+            }
+            chosen = std::move(larger);
+            error = std::move(found);
+            may_add_wavelets = true;
         } else {
             break;
         }

@@ -10,7 +10,9 @@ struct ErrorTarget {
     double error = 0.01;                                             ///< BakeError::total.
     std::size_t vertex_budget = RefinementSettings().vertex_budget;  ///< Over all instances.
     bool by_view = true;                                             ///< RefinementSettings::by_view.
-    /// The largest RenderSettings::face_size that the search may choose; the settings have the smallest.
+    /// The largest RenderSettings::face_size that the search chooses freely; the settings have the smallest.
+    int usual_face_size = 0;
+    /// The largest one that it may choose where the target is not reached otherwise.
     int most_face_size = 0;
     /// True: the search stops when it finds that indirect light is not accurate enough; before the
     /// refinement, if it can. It does not stop where the cause is that bounces
@@ -50,16 +52,17 @@ struct TargetBake {
 ///
 /// The search starts with the fine meshes of the entities. First, it measures direct light at a few points.
 /// While the upper end of the 90 % interval of its error exceeds half of the target, it tries more
-/// directions of suns and windows, then larger faces, and last all wavelets of the light. It chooses the
-/// fewest gathering rays whose noise is below a quarter of the target. It then measures the shading as a
-/// whole. While the error of indirect light is too large, it repeats it, first with focused_indirect_light,
-/// then with four times as many directions each time, and keeps the most accurate one. It then refines the
-/// meshes in steps. Whenever the vertices are 4 % more, it measures interpolation with sampled and with
-/// fitted colours; whenever they are 50 % more (300 % where it does not help, or earlier where it is likely
-/// to), also with meshes that are cut along hard shadow edges. It stops when the upper end of the 90 %
-/// interval of interpolation is below what the shading leaves of the target. Other points measure the
-/// reported error. If it exceeds the target, the refinement continues, at most twice. Where the shading
-/// alone exceeds the target, interpolation may have half of its error.
+/// directions of suns and windows, then larger faces, and then all wavelets of the light. Where its error
+/// alone nearly exceeds the target, it tries the largest faces. It chooses the fewest gathering rays whose
+/// noise is below a quarter of the target. It then measures the shading as a whole. While the error of
+/// indirect light is too large, it repeats it, first with focused_indirect_light, then with four times as
+/// many directions each time, and keeps the most accurate one. It then refines the meshes in steps.
+/// Whenever the vertices are 4 % more, it measures interpolation with sampled and with fitted colours;
+/// whenever they are 50 % more (300 % where it does not help, or earlier where it is likely to), also with
+/// meshes that are cut along hard shadow edges. It stops when the upper end of the 90 % interval of
+/// interpolation is below what the shading leaves of the target. Other points measure the reported error.
+/// If it exceeds the target, the refinement continues, at most twice. Where the shading alone exceeds the
+/// target, interpolation may have half of its error.
 ///
 /// direct      the scene without indirect light; its settings contain the bounces. Scenes with fields need
 ///             the face size of their fields. Its sharing divides the direct light of the fine meshes; if it

@@ -1,10 +1,18 @@
 #pragma once
 /// The occluders and the light of a scene for Monte Carlo integration.
 
+#include <span>
+
 #include "shading/bake/environment_sampler.h"
 #include "shading/visibility/shadow_rays.h"
 
 namespace haarfield {
+
+/// A point of a surface, in the world.
+struct SurfacePlace {
+    Vec3f from;    ///< Off the surface. [m]
+    Vec3f normal;  ///< Unit length.
+};
 
 /// The occluders and the light of rays and paths.
 struct RayScene {
@@ -12,6 +20,14 @@ struct RayScene {
     ///
     /// cost  that of two BVHs of each entity.
     explicit RayScene(const ShadedScene& scene);
+
+    /// Directs samples of the environment to where its light reaches these points and what they see: in a
+    /// room with a window, most other samples are blocked. Nothing changes where a tenth of the light or more
+    /// arrives. To be called before anything uses the environment.
+    ///
+    /// of_interest  some hundred points.
+    /// cost         20 ms of processor time; 0.3 s in rooms.
+    void focus(std::span<const SurfacePlace> of_interest);
 
     const ShadedScene& scene;
     ShadowRays rays;              ///< The original meshes, without alpha cutouts.

@@ -34,12 +34,12 @@ class TruePicture {
 public:
     TruePicture(const SceneEntities& entities, const ShadedScene& shaded, const Camera& camera,
                 const RenderSettings& settings)
-        : shaded_(shaded), rays_(shaded), surface_(shaded), tracer_(rays_, surface_) {
+        : shaded_(shaded),
+          points_(unburied_points(entities, shaded, camera)),
+          rays_(focused_rays(shaded, points_)),
+          surface_(shaded),
+          tracer_(rays_, surface_) {
         has_bounces_ = settings.bounces.most > 0;
-        const auto pixels = Preview().points(camera, preview_instances(entities, shaded));
-        for (const DisplayedPoint& point : displayed_points(entities, shaded, pixels))
-            if (surface_point(shaded.entities[shaded.instances[point.at.instance].entity], point.at))
-                points_.push_back(point);
         rough_.resize(points_.size());
         for_each_point(points_.size(), [&](std::size_t k) {
             rough_[k] = estimates(points_[k], rough_samples, rough_paths, std::uint32_t(k));
@@ -67,6 +67,32 @@ public:
     }
 
 private:
+    static std::vector<DisplayedPoint> unburied_points(const SceneEntities& entities,
+                                                       const ShadedScene& shaded, const Camera& camera) {
+        std::vector<DisplayedPoint> points =
+            displayed_points(entities, shaded, Preview().points(camera, preview_instances(entities, shaded)));
+        std::erase_if(points, [&](const DisplayedPoint& point) {
+            return !surface_point(shaded.entities[shaded.instances[point.at.instance].entity], point.at);
+        });
+        return points;
+    }
+
+    static RayScene focused_rays(const ShadedScene& shaded, std::span<const DisplayedPoint> points) {
+        constexpr std::size_t most = 512;
+        const std::size_t count = std::min(most, points.size());
+        RayScene rays(shaded);
+        std::vector<SurfacePlace> places;
+        for (std::size_t k = 0; k < count; ++k) {
+            const MeshPoint& at = points[k * points.size() / count].at;
+            const ShadedInstance& instance = shaded.instances[at.instance];
+            const ShadingPoint seen =
+                shading_point(shaded, instance, *surface_point(shaded.entities[instance.entity], at));
+            places.push_back({seen.from, seen.brdf.normal});
+        }
+        rays.focus(places);
+        return rays;
+    }
+
     template <class Body>
     static void for_each_point(std::size_t count, const Body& body) {
         (void)parallel_loop({count}, [&]() -> LoopBody { return body; }, "", {});
@@ -89,11 +115,11 @@ private:
     }
 
     const ShadedScene& shaded_;
+    const std::vector<DisplayedPoint> points_;
     const RayScene rays_;
     const FineSurface surface_;
     const PathTracer tracer_;
     bool has_bounces_ = false;
-    std::vector<DisplayedPoint> points_;
     std::vector<std::array<Vec3d, 2>> rough_;
     double square_ = 0;
 };

@@ -63,7 +63,8 @@ BakedScene shaded_bake(PythonScene& scene, const BakedVertices& vertices, Render
                        const py::object& progress, Bake& bake) {
     bake.prepared = prepare(scene, progress, vertices);
     const PreparedScene& prepared = *bake.prepared;
-    choices.shading.face_size = prepared.face_size;
+    if (prepared.face_size != choices.shading.face_size)
+        choices.shading.face_size = choices.bake.most_face_size = prepared.face_size;
     apply_bounces(prepared.scene, choices.shading.bounces);
     return long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
