@@ -291,6 +291,22 @@ TEST(MeshPreparation, SeparatesTheSidesOfASheetWithoutThickness) {
     for (const Vec3f& position : ready.original.positions) EXPECT_EQ(position.y, 0);
 }
 
+TEST(MeshPreparation, LeavesAFloorLevelNextToAnOpenWallThatStandsOnIt) {
+    Mesh mesh = floor_square(1);
+    const Mesh block = box({-0.3f, 0, -0.3f}, {0.3f, 1, 0.3f});
+    Mesh wall = block;
+    std::erase_if(wall.triangles, [&](const auto& t) { return area_vector(block, t).y > 0; });  // no top
+    append_mesh(mesh, wall);
+    const PreparedMesh ready = prepared(mesh, {2000, 0});
+    EXPECT_GT(ready.findings.parted_vertices, 0u) << "below the wall";
+    for (std::size_t v = 0; v < ready.fine.positions.size(); ++v) {
+        const Vec3f& vertex = ready.fine.positions[v];
+        if (ready.fine.normals[v].y > 0.5f && std::max(std::abs(vertex.x), std::abs(vertex.z)) > 0.3f) {
+            EXPECT_EQ(vertex.y, 0) << vertex.x << " " << vertex.z;
+        }
+    }
+}
+
 TEST(MeshPreparation, LeavesSolidsUnchanged) {
     Mesh touching = box({0, 0, 0}, {1, 1, 1});
     append_mesh(touching, box({0.25f, 1, 0.25f}, {0.75f, 2, 0.75f}));

@@ -16,7 +16,7 @@ namespace {
 using std::filesystem::path;
 
 /// Raised whenever the same mesh and settings would give another prepared mesh, or another file of it.
-constexpr std::uint32_t preparation_version = 2;
+constexpr std::uint32_t preparation_version = 3;
 
 constexpr const char *entity_section = "entity", *mesh_section = "mesh";
 

@@ -31,18 +31,24 @@ std::size_t part_thin_sheets(Mesh& fine, const Mesh& original) {
             lies_on_a_back[t] = rays.passes_a_back(seen.above, -seen.normal, 2 * offset);
         }
     });
-    std::vector<std::uint8_t> moves(fine.positions.size());
+    std::vector<std::uint8_t> moves(fine.positions.size()), stays(fine.positions.size());
+    const auto mark = [&](std::size_t t, std::vector<std::uint8_t>& vertices) {
+        for (const std::uint32_t v : fine.triangles[t]) vertices[v] = 1;
+    };
     std::optional<Occluder> occluder;  // built on first use
     std::optional<InsideTest> is_inside;
     for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
-        if (!lies_on_a_back[t]) continue;
+        if (!lies_on_a_back[t]) {
+            mark(t, stays);
+            continue;
+        }
         if (!occluder) is_inside.emplace(occluder.emplace(make_occluder(original)));
-        if ((*is_inside)(facet(t).above)) continue;  // two solids touch
-        for (const std::uint32_t v : fine.triangles[t]) moves[v] = 1;
+        const bool touches_a_solid = (*is_inside)(facet(t).above);
+        mark(t, touches_a_solid ? stays : moves);
     }
     std::size_t count = 0;
     for (std::size_t v = 0; v < moves.size(); ++v)
-        if (moves[v]) {
+        if (moves[v] && !stays[v]) {
             fine.positions[v] += fine.normals[v] * offset;
             ++count;
         }
