@@ -95,10 +95,25 @@ double share_of_window() {
 
 TEST_F(RoomExposure, BringsWhitePaintInTheLightOfAWindowToOne) {
     // Light that the walls reflect, spread evenly over them: areas in m^2.
+    const double albedo = 0.5;
+    scene.materials["clay"].diffuse = Rgb(float(albedo));
     constexpr double window = 1, walls = 2 * 16 + 4 * 12 - window, once = window / walls;
-    const double direct = share_of_window(), reflected = once * (0.5 + 0.25 + 0.125),
+    const double direct = share_of_window(), reflected = once * (albedo / (1 - albedo)),
                  white = 0.8 * (direct + reflected);
     EXPECT_NEAR(stops(), -std::log2(white), 0.4);
+}
+
+TEST_F(RoomExposure, DependsOnTheColoursOfSurfacesAndLight) {
+    scene.materials["clay"].diffuse = Rgb(0.0f);
+    const float black = stops();
+    EXPECT_NEAR(black, -std::log2(0.8 * share_of_window()), 0.25);
+    scene.materials["clay"].diffuse = Rgb(0.8f, 0.4f, 0.4f);
+    const float red = stops();
+    EXPECT_LT(red, black - 0.5f);
+    scene.materials["clay"].diffuse = Rgb(0.8f);
+    EXPECT_NEAR(stops(), red, 0.02) << "the same in the largest channel";
+    const Environment blue{LatLongImage{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.1f, 0.1f, 2.0f))}};
+    EXPECT_NEAR(entity_stops(scene, entities(), blue), stops() - 1, 0.02);
 }
 
 TEST_F(RoomExposure, IsZeroOutdoors) {

@@ -19,14 +19,38 @@ namespace {
 
 constexpr double white = 0.8;  // albedo
 constexpr std::uint32_t paths = 2048;
-constexpr int reflections = 3;
-constexpr double albedo = 0.5;            // of all surfaces, for light that they reflect
+constexpr int reflections = 32;
 constexpr float relative_offset = 1e-4f;  // of the distance that a ray has travelled
 
 /// A point of a surface, offset to the side from which a ray came.
 struct RoomPoint {
     Vec3f from, normal;
+    std::size_t instance;
 };
+
+double largest(const Rgb& colour) {
+    return double(std::max({colour.x, colour.y, colour.z}));
+}
+
+/// Returns the mean albedo of an entity's surfaces, by area.
+Rgb mean_albedo(const ShadedEntity& entity) {
+    // The mean of equal values would depend on the mesh by rounding.
+    if (entity.materials.size() == 1 && entity.tints.empty()) return entity.materials[0].diffuse;
+    const Mesh& mesh = *entity.mesh;
+    Vec3d sum(0.0);
+    double areas = 0;
+    for (const auto& corners : mesh.triangles) {
+        const Vec3f &a = mesh.positions[corners[0]], &b = mesh.positions[corners[1]],
+                    &c = mesh.positions[corners[2]];
+        const double area = double((b - a).cross(c - a).length());
+        for (const std::uint32_t v : corners) {
+            const Rgb albedo = entity.materials[mesh.vertex_materials[v]].diffuse;
+            sum += Vec3d(entity.tints.empty() ? albedo : albedo * entity.tints[v]) * (area / 3);
+        }
+        areas += area;
+    }
+    return areas > 0 ? Rgb(sum / areas) : Rgb(0.0f);
+}
 
 class Room {
 public:
@@ -34,6 +58,7 @@ public:
         for (const ShadedEntity& entity : scene.entities) {
             const Occluder& original = entity.occlusion->original();
             triangles_.add_entity(original.positions(), original.triangles());
+            albedos_.push_back(mean_albedo(entity));
         }
         triangles_.place(scene);
     }
@@ -63,71 +88,77 @@ public:
             scene_.instances[hit->hit.instID[0]].placement.direction_to_world(outwards(*hit)).normalized();
         if (normal.dot(direction) > 0) normal = -normal;
         const float distance = hit->ray.tfar;
-        return RoomPoint{from + direction * distance + normal * (relative_offset * distance), normal};
+        return RoomPoint{from + direction * distance + normal * (relative_offset * distance), normal,
+                         hit->hit.instID[0]};
     }
 
-    /// Returns the luminance of white paint in the light of the environment.
-    double white_luminance(const RoomPoint& point, std::uint32_t seed) const {
+    /// Returns the largest channel of the radiance of white paint in the light of the environment.
+    double white_radiance(const RoomPoint& point, std::uint32_t seed) const {
         std::mt19937 random(seed);
         const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
-        double sum = 0;
+        Vec3d sum(0.0);
         for (std::uint32_t path = 0; path < paths; ++path) {
             RoomPoint at = point;
-            double carried = white;
+            Rgb carried(static_cast<float>(white));
             for (int reflection = 0;; ++reflection) {
-                sum += carried * source_luminance(at, double(number()));
+                sum += Vec3d(carried * source_radiance(at, double(number())));
                 const Vec2f place = reflection == 0 ? sobol_point(path) : Vec2f(number(), number());
                 const Vec3f direction = cosine_direction(place, at.normal, axes_across(at.normal));
                 const std::optional<RoomPoint> next = first_point(at.from, direction);
-                if (!next) sum += carried * double(luminance(radiance_from(smooth_, Vec3d(direction))));
+                if (!next) sum += Vec3d(carried * radiance_from(smooth_, Vec3d(direction)));
                 if (!next || reflection == reflections) break;
                 at = *next;
-                carried *= albedo;
+                // Russian roulette.
+                const Rgb& albedo = albedos_[scene_.instances[at.instance].entity];
+                const double chance = std::min(1.0, largest(albedo));
+                if (!(double(number()) < chance)) break;
+                carried *= albedo / static_cast<float>(chance);
             }
         }
-        return sum / paths;
+        return largest(Rgb(sum / double(paths)));
     }
 
-    /// Returns the luminance of white paint in the light of the lamps, without shadows.
-    double lamp_luminance(const RoomPoint& point) const {
+    /// Returns the largest channel of the radiance of white paint in the light of the lamps, without shadows.
+    double lamp_radiance(const RoomPoint& point) const {
         double sum = 0;
         for (const Lamp& lamp : scene_.lamps) {
             const LampLight light = lamp_light(lamp, Vec3d(point.from));
-            sum += white * light.share * double(luminance(lamp.colour)) *
+            sum += white * light.share * largest(lamp.colour) *
                    std::max(0.0, Vec3d(point.normal).dot(light.direction));
         }
         return sum;
     }
 
-    /// Returns the luminance of white paint in the light of the emitters.
-    double emitter_luminance(const RoomPoint& point) const {
+    /// Returns the largest channel of the radiance of white paint in the light of the emitters.
+    double emitter_radiance(const RoomPoint& point) const {
         constexpr float before = 1 - 1e-3f;  // excludes the emitter itself
         std::vector<EmitterPatch> patches;
         find_patches(emitters_, point.from, point.normal, {}, patches);
-        double irradiance = 0;
+        Rgb irradiance(0.0f);
         for (const EmitterPatch& patch : patches) {
             const Vec3f towards = patch.place - point.from;
             if (!meets_any(triangles_.scene(),
                            embree_ray(point.from, towards.normalized(), towards.length() * before)))
-                irradiance += double(luminance(patch.irradiance));
+                irradiance += patch.irradiance;
         }
-        return white * irradiance / pi;
+        return white * largest(irradiance) / pi;
     }
 
 private:
-    /// Estimates the luminance of a surface of albedo 1 by one randomly chosen light of the sources.
-    double source_luminance(const RoomPoint& point, double drawn) const {
+    /// Estimates the radiance of a surface of albedo 1 by one randomly chosen light of the sources.
+    Rgb source_radiance(const RoomPoint& point, double drawn) const {
         const std::optional<SourceChoice::Chosen> chosen = sources_.choose(drawn);
         const double cosine = chosen ? double(point.normal.dot(chosen->light.direction)) : 0;
         if (!(cosine > 0) ||
             meets_any(triangles_.scene(), embree_ray(point.from, chosen->light.direction, far_away)))
-            return 0;
-        return double(luminance(chosen->light.irradiance)) * cosine / (pi * chosen->chance);
+            return Rgb(0.0f);
+        return chosen->light.irradiance * static_cast<float>(cosine / (pi * chosen->chance));
     }
 
     const ShadedScene& scene_;
     const EmitterTree emitters_;
     InstancedTriangles triangles_;
+    std::vector<Rgb> albedos_;  ///< By entity.
     LatLongImage smooth_;
     SourceChoice sources_;
 };
@@ -139,17 +170,17 @@ float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions)
     Room room(scene);
     if (room.is_open()) return 0;
     room.split_environment();
-    std::vector<double> luminances(directions.size(), -1);  // relative to what lamps leave; -1: no surface
+    std::vector<double> radiances(directions.size(), -1);  // relative to what lamps leave; -1: no surface
     tbb::parallel_for(std::size_t(0), directions.size(), [&](std::size_t i) {
         if (const std::optional<RoomPoint> point = room.first_point(scene.eye, directions[i].normalized()))
-            luminances[i] = room.white_luminance(*point, static_cast<std::uint32_t>(i)) /
-                            std::max(1 - room.lamp_luminance(*point) - room.emitter_luminance(*point), least);
+            radiances[i] = room.white_radiance(*point, static_cast<std::uint32_t>(i)) /
+                           std::max(1 - room.lamp_radiance(*point) - room.emitter_radiance(*point), least);
     });
-    std::erase(luminances, -1);
-    if (luminances.empty()) return 0;
+    std::erase(radiances, -1);
+    if (radiances.empty()) return 0;
     const auto brightest =
-        luminances.begin() + static_cast<std::ptrdiff_t>((1 - clipped) * double(luminances.size() - 1));
-    std::ranges::nth_element(luminances, brightest);
+        radiances.begin() + static_cast<std::ptrdiff_t>((1 - clipped) * double(radiances.size() - 1));
+    std::ranges::nth_element(radiances, brightest);
     return *brightest > 0 ? static_cast<float>(std::clamp(-std::log2(*brightest), 0.0, most_stops)) : 0;
 }
 
