@@ -17,9 +17,9 @@ namespace haarfield {
 /// scene       `eye` is the camera's position; the environment is exposed.
 /// directions  of all or a few pixels of the picture.
 /// returns     0 to 20.
-/// accuracy    about 0.1 stops. All surfaces of an entity have its mean albedo. Light of lamps and emitters is
-///             not reflected. The result does not depend on the number of threads, and on the subdivision of
-///             meshes only by that mean.
+/// accuracy    about 0.1 stops. All surfaces of an entity have its mean albedo. Light of lamps and emitters
+///             is not reflected. The result does not depend on the number of threads, and on the
+///             subdivision of meshes only by that mean.
 /// cost        2,048 paths for each direction if the eye is in a room; 1,024 rays otherwise.
 float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions);
 
