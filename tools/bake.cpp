@@ -193,6 +193,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         if (bake.error && !bake.everywhere)
             pixels = Preview().points(scene.camera, preview_instances(entities, shaded));
         std::optional<PointSharing> sharing;
+        // The tasks have shaded the vertices of the first start only.
         if (context.share && is_first) sharing = point_sharing(*context.share);
         return baked_scene(scene, entities, shaded, render.shading, bake, context.progress,
                            sharing ? &*sharing : nullptr, pixels);

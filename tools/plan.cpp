@@ -160,7 +160,7 @@ Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vect
         most = static_cast<std::size_t>(std::max(1.0, last - first + 1));
     }
     const JobCost cost = command_cost(planned.scene, arguments);
-    const JobCost remainder = bounces_cost(planned.scene, arguments);
+    const JobCost remainder = remainder_cost(planned.scene, arguments);
     divide(cost, most, options, threads, job);
     if (job.division == Division::direct && job.parts == 1) {
         job.division = Division::undivided;

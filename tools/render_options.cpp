@@ -102,7 +102,13 @@ RenderOption error() {
 
 RenderOption face_size() {
     RenderOption row{
-        "face-size", OptionSet::fields, accuracy_group, "N", "Texels along an edge of the cubemaps", ""};
+        "face-size",
+        OptionSet::fields,
+        accuracy_group,
+        "N",
+        "Texels along an edge of the cubemaps",
+        "`bake --error` begins with 16 and takes up to N where direct light needs it; without this "
+        "option, up to 128."};
     row.words = {"16", "32", "64", "128", "256"};
     row.is_whole = true;
     row.text = [](const RenderChoices& c) { return std::to_string(c.entities.face_size); };

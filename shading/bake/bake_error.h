@@ -108,7 +108,8 @@ public:
     /// accuracy  to be reached: noise of the references is small compared with an error of this size. Where
     ///           little light arrives, as in a room with a window, they have up to 64 times as many samples.
     /// count     of points; indirect light is compared at the first 128 of them.
-    /// cost      about 1 s of processor time for 512 points and an accuracy of 0.01.
+    /// cost      about 1 s of processor time for 512 points and an accuracy of 0.01; some 10 s in rooms where
+    ///           paths are noisy.
     /// errors    interrupted.
     Result<Shading> shading_error(double accuracy, const Progress& progress = {}, std::size_t count = 512);
 

@@ -66,8 +66,9 @@ LightSample EnvironmentSampler::sample(const std::array<double, 2>& place) const
     const double top = std::sin(pi * (0.5 - double(row) / image.height)),
                  bottom = std::sin(pi * (0.5 - double(row + 1) / image.height));
     const double latitude = std::asin(std::clamp(top + (bottom - top) * y, -1.0, 1.0));
-    return {Vec3f(lat_long_direction((double(column) + x) / image.width, 0.5 - latitude / pi)),
-            image.pixels[row * width + column], density_of(int(row), int(column)), far_away, false};
+    const Rgb& radiance = image.pixels[row * width + column];
+    return {Vec3f(lat_long_direction((double(column) + x) / image.width, 0.5 - latitude / pi)), radiance,
+            density_of(radiance, int(row), int(column)), far_away, false};
 }
 
 void EnvironmentSampler::look_up(const Vec3f& direction, Rgb& radiance, double& density) const {
@@ -77,12 +78,10 @@ void EnvironmentSampler::look_up(const Vec3f& direction, Rgb& radiance, double& 
     const int column = std::min(int(x * image.width), image.width - 1),
               row = std::min(int(y * image.height), image.height - 1);
     radiance = image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
-    density = total_ > 0 ? density_of(row, column) : 0;
+    density = total_ > 0 ? density_of(radiance, row, column) : 0;
 }
 
-double EnvironmentSampler::density_of(int row, int column) const {
-    const LatLongImage& image = environment_->image;
-    const Rgb& radiance = image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
+double EnvironmentSampler::density_of(const Rgb& radiance, int row, int column) const {
     return double(luminance(radiance)) * share_of(row, column) / total_;
 }
 

@@ -53,7 +53,8 @@ public:
     void look_up(const Vec3f& direction, Rgb& radiance, double& density) const;
 
 private:
-    double density_of(int row, int column) const;  ///< Of directions in a pixel. [1/sr]
+    /// Returns the density of directions in a pixel with this radiance. [1/sr]
+    double density_of(const Rgb& radiance, int row, int column) const;
     double share_of(int row, int column) const;
     double share_of_sun(std::size_t sun) const { return shares_ ? double(shares_->suns[sun]) : 1; }
 

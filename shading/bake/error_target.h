@@ -69,7 +69,8 @@ struct TargetBake {
 ///             is partial, the search ends after them, and the result must not be used.
 /// population  the points at which the bake is displayed.
 /// accuracy    bit-identical for any number of threads.
-/// cost        that of the refinement; measurements take 2 to 3 s of processor time for a target of 1 %.
+/// cost        that of the refinement; measurements take 2 to 3 s of processor time for a target of 1 %,
+///             and some 10 s each in rooms where paths are noisy.
 /// errors      interrupted.
 Result<TargetBake> target_bake(const PointShading& direct, const ErrorTarget& target,
                                std::vector<DisplayedPoint> population, const Progress& progress = {});

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "fields/base/embree_rays.h"
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/bounces/cosine_directions.h"
 #include "shading/scene/scene_light.h"
@@ -25,17 +24,11 @@ std::vector<SurfacePlace> with_seen_places(const RayScene& rays, std::span<const
     std::vector<SurfacePlace> result(places.begin(), places.end());
     const ScrambledSobol points(0x7365656e);
     for (std::size_t k = 0; k < places.size(); ++k) {
-        const auto& [from, normal] = places[k];
+        const auto& [from, normal, instance] = places[k];
         const Vec3f direction =
             cosine_direction(as_place(points(std::uint32_t(k))), normal, axes_across(normal));
-        const auto hit = nearest_hit(rays.surfaces.scene(), embree_ray(from, direction, far_away));
-        if (!hit) continue;
-        Vec3f facing = rays.scene.instances[hit->hit.instID[0]]
-                           .placement.direction_to_world(outwards(*hit))
-                           .normalized();
-        if (facing.dot(direction) > 0) facing = facing * -1.0f;
-        const float distance = hit->ray.tfar, offset = 1e-3f * distance;
-        result.push_back({from + direction * distance + facing * offset, facing});
+        if (const std::optional<SurfacePlace> seen = rays.surfaces.nearest(rays.scene, from, direction))
+            result.push_back(*seen);
     }
     return result;
 }

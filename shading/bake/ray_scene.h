@@ -8,12 +8,6 @@
 
 namespace haarfield {
 
-/// A point of a surface, in the world.
-struct SurfacePlace {
-    Vec3f from;    ///< Off the surface. [m]
-    Vec3f normal;  ///< Unit length.
-};
-
 /// The occluders and the light of rays and paths.
 struct RayScene {
     /// The scene must outlive it and must not change.

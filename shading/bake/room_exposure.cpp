@@ -20,13 +20,6 @@ namespace {
 constexpr double white = 0.8;  // albedo
 constexpr std::uint32_t paths = 2048;
 constexpr int reflections = 32;
-constexpr float relative_offset = 1e-4f;  // of the distance that a ray has travelled
-
-/// A point of a surface, offset to the side from which a ray came.
-struct RoomPoint {
-    Vec3f from, normal;
-    std::size_t instance;
-};
 
 double largest(const Rgb& colour) {
     return double(std::max({colour.x, colour.y, colour.z}));
@@ -58,7 +51,6 @@ public:
         for (const ShadedEntity& entity : scene.entities) {
             const Occluder& original = entity.occlusion->original();
             triangles_.add_entity(original.positions(), original.triangles());
-            albedos_.push_back(mean_albedo(entity));
         }
         triangles_.place(scene);
     }
@@ -73,38 +65,31 @@ public:
         return open >= fewest_open;
     }
 
-    /// Splits the environment into sources, for shadow rays, and smooth light, for paths.
-    void split_environment() {
+    /// Splits the environment into sources, for shadow rays, and smooth light, for paths; measures albedos.
+    void prepare_paths() {
         SplitLight split = split_light(scene_.environment);
         smooth_ = std::move(split.smooth);
         sources_ = SourceChoice(split.sources);
+        for (const ShadedEntity& entity : scene_.entities) albedos_.push_back(mean_albedo(entity));
     }
 
-    std::optional<RoomPoint> first_point(const Vec3f& from, const Vec3f& direction) const {
-        const std::optional<RTCRayHit> hit =
-            nearest_hit(triangles_.scene(), embree_ray(from, direction, far_away));
-        if (!hit) return std::nullopt;
-        Vec3f normal =
-            scene_.instances[hit->hit.instID[0]].placement.direction_to_world(outwards(*hit)).normalized();
-        if (normal.dot(direction) > 0) normal = -normal;
-        const float distance = hit->ray.tfar;
-        return RoomPoint{from + direction * distance + normal * (relative_offset * distance), normal,
-                         hit->hit.instID[0]};
+    std::optional<SurfacePlace> first_point(const Vec3f& from, const Vec3f& direction) const {
+        return triangles_.nearest(scene_, from, direction);
     }
 
     /// Returns the largest channel of the radiance of white paint in the light of the environment.
-    double white_radiance(const RoomPoint& point, std::uint32_t seed) const {
+    double white_radiance(const SurfacePlace& point, std::uint32_t seed) const {
         std::mt19937 random(seed);
         const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
         Vec3d sum(0.0);
         for (std::uint32_t path = 0; path < paths; ++path) {
-            RoomPoint at = point;
+            SurfacePlace at = point;
             Rgb carried(static_cast<float>(white));
             for (int reflection = 0;; ++reflection) {
                 sum += Vec3d(carried * source_radiance(at, double(number())));
                 const Vec2f place = reflection == 0 ? sobol_point(path) : Vec2f(number(), number());
                 const Vec3f direction = cosine_direction(place, at.normal, axes_across(at.normal));
-                const std::optional<RoomPoint> next = first_point(at.from, direction);
+                const std::optional<SurfacePlace> next = first_point(at.from, direction);
                 if (!next) sum += Vec3d(carried * radiance_from(smooth_, Vec3d(direction)));
                 if (!next || reflection == reflections) break;
                 at = *next;
@@ -119,18 +104,18 @@ public:
     }
 
     /// Returns the largest channel of the radiance of white paint in the light of the lamps, without shadows.
-    double lamp_radiance(const RoomPoint& point) const {
-        double sum = 0;
+    double lamp_radiance(const SurfacePlace& point) const {
+        Vec3d sum(0.0);
         for (const Lamp& lamp : scene_.lamps) {
             const LampLight light = lamp_light(lamp, Vec3d(point.from));
-            sum += white * light.share * largest(lamp.colour) *
-                   std::max(0.0, Vec3d(point.normal).dot(light.direction));
+            sum += Vec3d(lamp.colour) *
+                   (white * light.share * std::max(0.0, Vec3d(point.normal).dot(light.direction)));
         }
-        return sum;
+        return largest(Rgb(sum));
     }
 
     /// Returns the largest channel of the radiance of white paint in the light of the emitters.
-    double emitter_radiance(const RoomPoint& point) const {
+    double emitter_radiance(const SurfacePlace& point) const {
         constexpr float before = 1 - 1e-3f;  // excludes the emitter itself
         std::vector<EmitterPatch> patches;
         find_patches(emitters_, point.from, point.normal, {}, patches);
@@ -146,7 +131,7 @@ public:
 
 private:
     /// Estimates the radiance of a surface of albedo 1 by one randomly chosen light of the sources.
-    Rgb source_radiance(const RoomPoint& point, double drawn) const {
+    Rgb source_radiance(const SurfacePlace& point, double drawn) const {
         const std::optional<SourceChoice::Chosen> chosen = sources_.choose(drawn);
         const double cosine = chosen ? double(point.normal.dot(chosen->light.direction)) : 0;
         if (!(cosine > 0) ||
@@ -169,10 +154,10 @@ float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions)
     constexpr double least = 1.0 / 16, most_stops = 20, clipped = 0.1;
     Room room(scene);
     if (room.is_open()) return 0;
-    room.split_environment();
+    room.prepare_paths();
     std::vector<double> radiances(directions.size(), -1);  // relative to what lamps leave; -1: no surface
     tbb::parallel_for(std::size_t(0), directions.size(), [&](std::size_t i) {
-        if (const std::optional<RoomPoint> point = room.first_point(scene.eye, directions[i].normalized()))
+        if (const std::optional<SurfacePlace> point = room.first_point(scene.eye, directions[i].normalized()))
             radiances[i] = room.white_radiance(*point, static_cast<std::uint32_t>(i)) /
                            std::max(1 - room.lamp_radiance(*point) - room.emitter_radiance(*point), least);
     });

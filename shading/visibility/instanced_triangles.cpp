@@ -52,4 +52,17 @@ void InstancedTriangles::place(const ShadedScene& scene) {
     scene_ = std::move(made);
 }
 
+std::optional<SurfacePlace> InstancedTriangles::nearest(const ShadedScene& scene, const Vec3f& from,
+                                                        const Vec3f& direction) const {
+    constexpr float relative_offset = 1e-4f;
+    const std::optional<RTCRayHit> hit = nearest_hit(scene_.get(), embree_ray(from, direction, far_away));
+    if (!hit) return std::nullopt;
+    const std::size_t instance = hit->hit.instID[0];
+    Vec3f normal = scene.instances[instance].placement.direction_to_world(outwards(*hit)).normalized();
+    if (normal.dot(direction) > 0) normal = -normal;
+    const float distance = hit->ray.tfar;
+    return SurfacePlace{from + direction * distance + normal * (relative_offset * distance), normal,
+                        instance};
+}
+
 }  // namespace haarfield

@@ -2,6 +2,7 @@
 /// The meshes and instances of a scene as Embree scenes, for all kinds of rays.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,13 @@ namespace haarfield {
 /// Masks of different indices therefore differ in some bit, and a ray with the complement of a mask hits all
 /// instances except that one.
 unsigned instance_mask(std::size_t instance);
+
+/// A point of a surface, in the world.
+struct SurfacePlace {
+    Vec3f from;                ///< Off the surface. [m]
+    Vec3f normal;              ///< Unit length.
+    std::size_t instance = 0;  ///< That the surface belongs to.
+};
 
 /// The triangles of a scene's entities, and the Embree scene of its instances. Copies share what was built.
 /// Threads may share it while nothing is added or placed.
@@ -35,6 +43,13 @@ public:
 
     /// Returns the scene of the instances; geometry IDs are instance indices.
     RTCSceneTy* scene() const { return scene_.get(); }
+
+    /// Returns the nearest surface that a ray in the world meets. The place is on the side from which the ray
+    /// comes, off the surface by 1e-4 of the ray's length.
+    ///
+    /// scene  with the placements of the last call of `place`.
+    std::optional<SurfacePlace> nearest(const ShadedScene& scene, const Vec3f& from,
+                                        const Vec3f& direction) const;
 
 private:
     EmbreeDevice device_;

@@ -82,6 +82,11 @@ double scene_bytes(const Scene& scene, double vertex_bytes) {
     return bytes;
 }
 
+/// Returns the time to refine the meshes of a bake.
+double refinement_work(const std::vector<std::string>& arguments) {
+    return 3 * a_vertex * option_number(arguments, "--vertex-budget", 60000);
+}
+
 }  // namespace
 
 double option_number(const std::vector<std::string>& arguments, std::string_view name, double otherwise) {
@@ -110,12 +115,11 @@ bool has_value(const std::vector<std::string>& arguments, std::string_view name,
     return false;
 }
 
-JobCost bounces_cost(const Scene& scene, const std::vector<std::string>& arguments) {
+JobCost remainder_cost(const Scene& scene, const std::vector<std::string>& arguments) {
     const double bytes = scene_bytes(scene, bounced_vertex_bytes);
     if (!searches(arguments)) return {setup_of(scene), a_bounced_vertex * all_vertices(scene), bytes};
-    const double refined = option_number(arguments, "--vertex-budget", 60000);
     return {setup_of(scene) + a_direct_choice,
-            a_bounced_vertex * all_vertices(search_start(scene)) + 3 * a_vertex * refined, bytes};
+            a_bounced_vertex * all_vertices(search_start(scene)) + refinement_work(arguments), bytes};
 }
 
 JobCost join_cost(const Scene& scene, const std::vector<std::string>& arguments) {
@@ -147,9 +151,8 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
         if (searches(arguments))
             return {setup_of(scene) + a_direct_choice, a_vertex * all_vertices(search_start(scene)),
                     scene_bytes(scene, shaded_vertex_bytes)};
-        const double refined = option_number(arguments, "--vertex-budget", 60000);
         if (has_option(arguments, "--refine"))
-            return {setup_of(scene), 3 * a_vertex * refined, scene_bytes(scene, bounced_vertex_bytes)};
+            return {setup_of(scene), refinement_work(arguments), scene_bytes(scene, bounced_vertex_bytes)};
         const bool is_whole = possible_division(arguments) == Division::undivided;
         return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1),
                 scene_bytes(scene, is_whole ? bounced_vertex_bytes : shaded_vertex_bytes)};

@@ -17,11 +17,11 @@ struct JobCost {
 /// Returns the cost of the field of an instance's entity.
 JobCost field_cost(const Scene& scene, std::size_t instance);
 
-/// Returns the cost of a command with these arguments; of its direct light if that can be divided alone.
+/// Returns the cost of a command with these arguments. Bakes of Division::direct: that of their direct light.
 JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments);
 
 /// Returns the cost of the remainder of a bake, given its direct light.
-JobCost bounces_cost(const Scene& scene, const std::vector<std::string>& arguments);
+JobCost remainder_cost(const Scene& scene, const std::vector<std::string>& arguments);
 
 /// Returns the cost of joining a command's results.
 JobCost join_cost(const Scene& scene, const std::vector<std::string>& arguments);
