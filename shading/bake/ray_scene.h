@@ -20,7 +20,7 @@ struct RayScene {
     /// arrives. To be called before anything uses the environment.
     ///
     /// of_interest  some hundred points.
-    /// cost         20 ms of processor time; 0.3 s in rooms.
+    /// cost         3 ms of processor time for 512 points; 70 ms in rooms.
     void focus(std::span<const SurfacePlace> of_interest);
 
     const ShadedScene& scene;
