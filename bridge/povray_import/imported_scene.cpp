@@ -232,6 +232,7 @@ private:
                 const bool is_coarse = silhouettes && silhouettes->wrong_pixels(surface) > most_wrong_pixels;
                 if (doubtful <= surface.triangles.size() / 100 + 4 && !is_coarse) continue;
                 GridRequest request = request_of(surface.object);
+                if (is_finest(request)) continue;
                 if (is_coarse && round == finer_grids)
                     warn(survey_.objects[surface.object].statement,
                          fmt::format(
@@ -348,15 +349,26 @@ private:
         const double share = 10000.0 / static_cast<double>(survey_.objects.size());
         const int fewest = std::clamp(static_cast<int>(std::sqrt(share)), 12, 32);
         const double longest = std::max({size.x, size.y, size.z});
-        double apparent = 1;
-        if (survey_.camera && !is_cut) {
-            const SurveyedCamera& camera = *survey_.camera;
-            const double distance = std::max((centre - camera.position).length(), longest / 2),
-                         width = camera.right.length() / camera.direction.length();
-            apparent = std::clamp(1.5 * longest / (distance * std::max(width, 1e-3)), 0.0, 1.0);
-        }
+        const double apparent = is_cut ? 1 : std::min(1.5 * apparent_size(centre, longest), 1.0);
         const int wanted = static_cast<int>(std::lround(options_.detail * (is_cut ? 1.5 : apparent)));
         return {object, centre, size, std::max(std::min(fewest, options_.detail), wanted), is_cut};
+    }
+
+    /// Returns the size of an object in the picture, relative to the picture's width. 1 without a camera.
+    double apparent_size(const Vec3d& centre, double longest) const {
+        if (!survey_.camera) return 1;
+        const SurveyedCamera& camera = *survey_.camera;
+        const double distance = std::max((centre - camera.position).length(), longest / 2),
+                     width = camera.right.length() / camera.direction.length();
+        return longest / (distance * std::max(width, 1e-3));
+    }
+
+    /// Tests whether cells half as large as a request's would be smaller than a pixel.
+    bool is_finest(const GridRequest& request) const {
+        constexpr double picture_width = 640;  // As imported_camera sets it.
+        if (request.is_cut) return false;
+        const double longest = std::max({request.size.x, request.size.y, request.size.z});
+        return 2 * request.cells > picture_width * apparent_size(request.centre, longest);
     }
 
     /// Sets the map from the file's coordinates to the scene's.
@@ -405,7 +417,7 @@ private:
         if (camera && !camera->is_perspective) camera.reset();
         if (!opaque.empty()) {
             HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, opaque, camera,
-                                              /*opacity=*/false, progress_));
+                                              /*opacity=*/false, survey_.seconds, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_pigments.png");
             const float scale = dim_image(image, opaque, surfaces, finishes);
             HF_TRY_DONE(write_image(image, file));
@@ -413,7 +425,7 @@ private:
         }
         if (!cut_out.empty()) {
             HF_TRY(Image image, pigment_image(queries_, requests_, surfaces, cut_out, camera,
-                                              /*opacity=*/true, progress_));
+                                              /*opacity=*/true, survey_.seconds, progress_));
             const std::filesystem::path file = folder_ / (name_ + "_cutouts.png");
             const float scale = dim_image(image, cut_out, surfaces, finishes);
             HF_TRY_DONE(write_cut_outs(image, file));

@@ -92,12 +92,13 @@ bool find_pattern(ObjectSurface& surface);
 ///           their borders.
 /// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
+/// start     wall time of a run of POV-Ray that renders nothing. [s]
 /// cost      processor time: 3 us per texel, twice that with opacity; 0.3 ns for each texel and each
-///           triangle, divided by the number of runs of POV-Ray, up to 32.
+///           triangle, divided by the number of runs of POV-Ray, up to 32, which is chosen by `start`.
 /// source    a mesh_camera with distribution 3, which renders image coordinates.
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
-                            const std::optional<SurveyedCamera>& camera, bool opacity,
+                            const std::optional<SurveyedCamera>& camera, bool opacity, double start,
                             const Progress& progress = {});
 
 /// The finish of an object as far as haarfield has it.

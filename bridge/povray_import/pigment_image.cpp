@@ -119,11 +119,15 @@ std::string texel_camera(const ObjectLattice& lattice, const std::vector<ObjectS
 
 /// Returns the ranges of rows that POV-Ray should render one after another: it searches a tenth of the
 /// camera's triangles for each texel.
-std::vector<RowRange> strips(const SurfaceCharts& charts, std::size_t triangles) {
-    constexpr double search = 3e-10, start = 2;  // For a texel and a triangle; of POV-Ray. [s]
+///
+/// start  as in pigment_image.
+std::vector<RowRange> strips(const SurfaceCharts& charts, std::size_t triangles, double start) {
+    constexpr double search = 3e-10;  // For a texel and a triangle. [s]
+    constexpr double least = 2;       // In which POV-Ray reads triangles and writes the whole image. [s]
     const double texels = double(charts.width) * charts.height;
-    const int count = std::clamp(int(std::lround(std::sqrt(search / start * texels * double(triangles)))), 1,
-                                 std::min(32, charts.height));
+    const int count =
+        std::clamp(int(std::lround(std::sqrt(search / std::max(start, least) * texels * double(triangles)))),
+                   1, std::min(32, charts.height));
     std::vector<RowRange> ranges;
     for (int k = 0; k < count; ++k)
         ranges.push_back({charts.height * k / count, charts.height * (k + 1) / count});
@@ -133,15 +137,17 @@ std::vector<RowRange> strips(const SurfaceCharts& charts, std::size_t triangles)
 /// Renders the texels of charted surfaces.
 ///
 /// chosen   indices of the surfaces.
-/// start    as in texel_camera.
+/// above    as `start` of texel_camera.
 /// further  text behind the scene.
+/// start    as in pigment_image.
 Result<std::vector<Rgb>> texel_colours(const SceneQueries& queries, const ObjectLattice& lattice,
                                        const std::vector<ObjectSurface>& surfaces,
                                        const std::vector<std::size_t>& chosen, const SurfaceCharts& charts,
-                                       double start, const std::string& further, const Progress& progress) {
+                                       double above, const std::string& further, double start,
+                                       const Progress& progress) {
     std::size_t triangles = 0;
     for (const std::size_t s : chosen) triangles += surfaces[s].triangles.size();
-    const std::vector<RowRange> ranges = strips(charts, triangles);
+    const std::vector<RowRange> ranges = strips(charts, triangles, start);
     constexpr std::size_t together = 4;
     std::vector<Rgb> pixels;
     for (std::size_t first = 0; first < ranges.size(); first += together) {
@@ -153,7 +159,7 @@ Result<std::vector<Rgb>> texel_colours(const SceneQueries& queries, const Object
         for (const RowRange& rows : some) {
             SceneQuery& query = questions.emplace_back(
                 lattice.query(charts.width, charts.height,
-                              texel_camera(lattice, surfaces, chosen, charts, start, rows) + further));
+                              texel_camera(lattice, surfaces, chosen, charts, above, rows) + further));
             query.pigments = true;
             query.in_numbers = false;
             if (ranges.size() > 1)
@@ -176,7 +182,8 @@ Result<std::vector<Rgb>> texel_colours(const SceneQueries& queries, const Object
 Result<Done> measure_opacity(const SceneQueries& queries, const ObjectLattice& lattice,
                              const std::vector<ObjectSurface>& surfaces,
                              const std::vector<std::size_t>& chosen, const SurfaceCharts& charts,
-                             Image& image, std::vector<std::uint8_t>& has_colour, const Progress& progress) {
+                             Image& image, std::vector<std::uint8_t>& has_colour, double start,
+                             const Progress& progress) {
     constexpr float least = 0.02f;  // Coverage of texels with a colour.
     TriangleText screen;
     for (const std::size_t s : chosen) {
@@ -197,7 +204,7 @@ Result<Done> measure_opacity(const SceneQueries& queries, const ObjectLattice& l
                 queries, lattice, surfaces, chosen, charts, screen_distance,
                 fmt::format("{}pigment{{rgb {}}} finish{{ambient 0 diffuse 0 emission HF_E}} no_shadow}}\n",
                             mesh, white),
-                progress));
+                start, progress));
     }
     image.pixels = std::move(pictures[0]);
     image.coverage.assign(image.pixels.size(), 1.0f);
@@ -288,7 +295,7 @@ bool find_pattern(ObjectSurface& surface) {
 
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,
-                            const std::optional<SurveyedCamera>& camera, bool opacity,
+                            const std::optional<SurveyedCamera>& camera, bool opacity, double start,
                             const Progress& progress) {
     assert(!chosen.empty());
     std::vector<UnchartedSurface> uncharted;
@@ -308,7 +315,8 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
         return numbers;
     };
     if (opacity) {
-        HF_TRY_DONE(measure_opacity(queries, lattice, surfaces, chosen, charts, image, has_colour, progress));
+        HF_TRY_DONE(
+            measure_opacity(queries, lattice, surfaces, chosen, charts, image, has_colour, start, progress));
         for (const ChartRectangle& rectangle : charts.rectangles) {
             const ObjectSurface& surface = surfaces[chosen[rectangle.surface]];
             fill(rectangle, light_of(surface.colours[surface.triangles[rectangle.triangle][0]]),
@@ -317,7 +325,7 @@ Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridReq
         return image;
     }
     HF_TRY(image.pixels, texel_colours(queries, lattice, surfaces, chosen, charts,
-                                       ObjectLattice::start_distance, "", progress));
+                                       ObjectLattice::start_distance, "", start, progress));
     const std::vector<std::uint8_t> on_surfaces = pixels_on_surfaces(queries.gamma(), image.pixels);
     for (std::size_t i = 0; i < has_colour.size(); ++i) {
         has_colour[i] &= on_surfaces[i];

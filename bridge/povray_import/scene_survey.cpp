@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -335,9 +336,12 @@ Result<SceneSurvey> scene_survey(const SceneQueries& queries, const Progress& pr
         "#local HF_L=min_extent(HF_A[HF_N]); #local HF_U=max_extent(HF_A[HF_N]); "
         "#write(HF_F,\"\\nobject \",str(HF_I,0,0),\" \",vstr(3,HF_L,\" \",0,12),\" \","
         "vstr(3,HF_U,\" \",0,12))";
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
     HF_TRY_DONE(queries.answer(query, progress));
-    HF_TRY(const std::string text, queries.written("hf_survey.txt"));
     SceneSurvey survey;
+    survey.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    HF_TRY(const std::string text, queries.written("hf_survey.txt"));
     std::vector<Vec3d> places;
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = std::min(text.find('\n', at), text.size());

@@ -44,6 +44,7 @@ struct SceneSurvey {
     std::vector<ModelLight> lights;
     std::vector<std::size_t> unread_lights;  ///< Statements of lights that haarfield does not have.
     std::optional<SurveyedCamera> camera;
+    double seconds = 0;  ///< Wall time of the run of POV-Ray, most of which it parses the scene. [s]
 };
 
 /// The coordinates of a file.

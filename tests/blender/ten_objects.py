@@ -6,6 +6,10 @@ import bpy
 import numpy
 
 
+# Names of sockets of the Principled BSDF in Blender 4.
+NEW_NAMES = {"Specular": "Specular IOR Level"}
+
+
 def material(name, kind="BSDF_DIFFUSE", colour=(0.5, 0.5, 0.5), image=None, **inputs):
     made = bpy.data.materials.new(name)
     made.use_nodes = True
@@ -25,7 +29,8 @@ def material(name, kind="BSDF_DIFFUSE", colour=(0.5, 0.5, 0.5), image=None, **in
         texture.image = image
         tree.links.new(texture.outputs["Color"], colour_input)
     for key, value in inputs.items():
-        shader.inputs[key].default_value = value
+        name = key if key in shader.inputs else NEW_NAMES[key]
+        shader.inputs[name].default_value = value
     return made
 
 

@@ -76,7 +76,7 @@ def write_scene(folder):
 def pixels_of(path):
     """Returns linear RGBA, with rows from the top."""
     image = bpy.data.images.load(str(path))
-    image.colorspace_settings.name = "Raw"
+    image.colorspace_settings.name = "Non-Color"
     pixels = numpy.empty(4 * image.size[0] * image.size[1], numpy.float32)
     image.pixels.foreach_get(pixels)
     return pixels.reshape(image.size[1], image.size[0], 4)[::-1]

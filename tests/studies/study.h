@@ -60,8 +60,10 @@ void study_session(const std::string& file, std::size_t frames);
 /// remain POV-Ray's, are left out of these pictures.
 ///
 /// detail    as PovrayImport::detail.
+/// seconds   wall time after which an import is ended, > 0. [s]
 /// pictures  folder that receives the pairs of unlit pictures; empty: none are written.
-void study_povray(const std::vector<std::string>& files, int detail, const std::string& pictures);
+void study_povray(const std::vector<std::string>& files, int detail, double seconds,
+                  const std::string& pictures);
 
 /// Measures the time of the shipped scene's frames under a new light from a new view point, and of their
 /// preparation. Meshes are those of study_occlusion.

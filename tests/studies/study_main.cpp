@@ -109,6 +109,9 @@ int main(int argc, char** argv) {
     int povray_detail = 48;
     povray->add_option("FILE", povray_files, "Scenes (.pov)")->required()->type_name("");
     povray->add_option("--detail", povray_detail, "As that of `import`")->capture_default_str();
+    double povray_seconds = 400;
+    povray->add_option("--seconds", povray_seconds, "Wall time after which an import is ended")
+        ->capture_default_str();
     std::string povray_pictures;
     povray->add_option("--pictures", povray_pictures, "A folder for the pairs of unlit pictures");
     std::size_t frames = 10;
@@ -139,7 +142,7 @@ int main(int argc, char** argv) {
     else if (session->parsed())
         study_session(scene, frames);
     else if (povray->parsed())
-        study_povray(povray_files, povray_detail, povray_pictures);
+        study_povray(povray_files, povray_detail, povray_seconds, povray_pictures);
     else if (error->parsed())
         study_error(scene, error_options);
     else if (rivals->parsed())

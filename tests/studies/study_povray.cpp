@@ -1,10 +1,14 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <mutex>
+#include <thread>
 
 #include "bridge/pictures/preview.h"
 #include "bridge/povray_import/imported_scene.h"
@@ -45,6 +49,26 @@ std::string short_reason(const std::string& what) {
 double clock_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
+
+/// Requests a stop after a time, unless it is destroyed before.
+class TimeLimit {
+public:
+    explicit TimeLimit(double seconds)
+        : thread_([this, seconds](const std::stop_token& ended) {
+              std::unique_lock lock(mutex_);
+              const bool is_over = !changed_.wait_for(lock, ended, std::chrono::duration<double>(seconds),
+                                                      [&] { return ended.stop_requested(); });
+              if (is_over) source_.request_stop();
+          }) {}
+
+    std::stop_token token() const { return source_.get_token(); }
+
+private:
+    std::stop_source source_;
+    std::mutex mutex_;
+    std::condition_variable_any changed_;
+    std::jthread thread_;
+};
 
 /// Compares the wrapped scene with the file itself, which is wrapped with all objects in one include.
 Result<bool> is_evaluated(const std::filesystem::path& file, const QueryOptions& options) {
@@ -200,7 +224,7 @@ Result<Done> compare(const std::filesystem::path& file, const QueryOptions& opti
 }
 
 FileResult result_of(const std::filesystem::path& file, const std::filesystem::path& folder, int detail,
-                     const std::filesystem::path& pictures) {
+                     double seconds, const std::filesystem::path& pictures) {
     FileResult result;
     QueryOptions options;
     options.seconds = 200;
@@ -213,7 +237,11 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
     wanted.detail = detail;
     wanted.object_seconds = 40;
     wanted.with_environment = false;
-    const Result<ImportedPovrayScene> imported = imported_povray_scene(file, folder, "scene", wanted);
+    const TimeLimit limit(seconds);
+    Progress progress;
+    progress.stop = limit.token();
+    const Result<ImportedPovrayScene> imported =
+        imported_povray_scene(file, folder, "scene", wanted, progress);
     if (imported) {
         result.imported = imported->surfaces > 0;
         result.has_camera = !imported->scene.finds_camera;
@@ -233,8 +261,10 @@ FileResult result_of(const std::filesystem::path& file, const std::filesystem::p
 
 }  // namespace
 
-void study_povray(const std::vector<std::string>& files, int detail, const std::string& pictures) {
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "haarfield_study_povray";
+void study_povray(const std::vector<std::string>& files, int detail, double seconds,
+                  const std::string& pictures) {
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / fmt::format("haarfield_study_povray_{}", ::getpid());
     std::map<std::string, int> reasons;
     double evaluated = 0, geometry = 0, some = 0, colours = 0;
     fmt::print("{:>4} {:>5} {:>5} {:>6} {:>6} {:>8} {:>6} {:>6}  {}\n", "eval", "objs", "mesh", "transp",
@@ -242,7 +272,7 @@ void study_povray(const std::vector<std::string>& files, int detail, const std::
     for (const std::string& file : files) {
         std::error_code ignored;
         std::filesystem::remove_all(folder, ignored);
-        const FileResult result = result_of(file, folder, detail, pictures);
+        const FileResult result = result_of(file, folder, detail, seconds, pictures);
         evaluated += result.evaluated;
         some += result.imported && result.has_camera;
         geometry += result.imported && result.has_camera && result.transparent == 0 && result.failed == 0 &&
@@ -254,6 +284,8 @@ void study_povray(const std::vector<std::string>& files, int detail, const std::
                    100 * result.silhouettes, result.psnr, result.seconds, file, result.reason);
         std::fflush(stdout);
     }
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
     const double percent = 100 / static_cast<double>(std::max<std::size_t>(1, files.size()));
     fmt::print(
         "\nevaluated {:.1f} %; geometry {:.1f} %, an object and the camera {:.1f} %; colours {:.1f} %\n",

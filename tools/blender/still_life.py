@@ -1,6 +1,7 @@
 """Makes the picture of this folder's README: a still life baked by the add-on, and rendered by Cycles' path tracer.
 
-    PYTHONPATH=build/release/python blender -b --factory-startup --python tools/blender/still_life.py -- FOLDER
+    export PYTHONPATH=build/release/python
+    blender -b --factory-startup --python-use-system-env --python tools/blender/still_life.py -- FOLDER
 
 writes still_life.png and the .blend into FOLDER, and prints both times and the difference of the pictures. --small
 makes small pictures, for the tests.
@@ -89,7 +90,8 @@ def book(name, colour, height, z, turn, location=(0, 0)):
     bevel = made.modifiers.new("edges", "BEVEL")
     bevel.width, bevel.segments = 0.015, 2
     bpy.ops.object.shade_smooth()
-    made.data.use_auto_smooth = True
+    if hasattr(made.data, "use_auto_smooth"):  # until Blender 4.0
+        made.data.use_auto_smooth = True
     made.modifiers.new("flat", "WEIGHTED_NORMAL")
     return z + height
 

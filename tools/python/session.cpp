@@ -35,7 +35,7 @@ public:
           session_(std::make_shared<RelightSession>(
               shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), settings,
               transfer)),
-          shown_(std::make_shared<RadianceOwner>(session_, SceneColours())) {
+          shown_(std::make_shared<RadianceOwner>(RadianceOwner{session_, {}})) {
         for (const auto& entity : prepared_->entities->entities) surfaces_.push_back(entity->surfaces);
         session_->separate_components(has_separate_specular(*prepared_->entities));
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);

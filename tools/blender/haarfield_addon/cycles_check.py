@@ -108,8 +108,9 @@ def compared(context, bake, sums, gathered):
     scene.cycles.use_denoising = False
     scene.cycles.sample_clamp_direct = 0
     for object, _, _ in gathered.lights:
-        before[object.data.cycles, "cast_shadow"] = object.data.cycles.cast_shadow
-        object.data.cycles.cast_shadow = casts_shadows(object.data)
+        if hasattr(object.data.cycles, "cast_shadow"):  # Cycles' own, until Blender 4.2
+            before[object.data.cycles, "cast_shadow"] = object.data.cycles.cast_shadow
+            object.data.cycles.cast_shadow = casts_shadows(object.data)
     shown = shown_lights(scene, gathered)
     materials, made = {}, []
     tables = gathered.description["materials"]

@@ -48,7 +48,8 @@ def table_digest(table):
 def arrays_of(mesh):
     """Returns a mesh's distinct corners with normals, uvs and materials, in haarfield's frame."""
     mesh.calc_loop_triangles()
-    mesh.calc_normals_split()
+    if hasattr(mesh, "calc_normals_split"):  # until Blender 4.0
+        mesh.calc_normals_split()
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
@@ -59,7 +60,10 @@ def arrays_of(mesh):
         return values.reshape(-1, width) if width > 1 else values
 
     positions = taken(mesh.vertices, "co", numpy.float32, 3)
-    normals = taken(mesh.loops, "normal", numpy.float32, 3)
+    if hasattr(mesh, "corner_normals"):
+        normals = taken(mesh.corner_normals, "vector", numpy.float32, 3)
+    else:
+        normals = taken(mesh.loops, "normal", numpy.float32, 3)
     vertices = taken(mesh.loops, "vertex_index", numpy.int32, 1)
     triangles = taken(mesh.loop_triangles, "loops", numpy.int32, 3)
     materials = taken(mesh.loop_triangles, "material_index", numpy.int32, 1)

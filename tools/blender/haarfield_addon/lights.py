@@ -136,7 +136,7 @@ def sun_light(light, towards, colour, extent):
 
 
 def casts_shadows(light):
-    return light.use_shadow and (not hasattr(light, "cycles") or light.cycles.cast_shadow)
+    return light.use_shadow and getattr(getattr(light, "cycles", None), "cast_shadow", True)
 
 
 def report_losses(object, where, warnings):

@@ -126,7 +126,8 @@ def mesh_of(baked, gathered, name):
         layer = mesh.uv_layers.new(name="UVMap")
         layer.data.foreach_set("uv", baked.uvs[triangles.ravel()].ravel())
     mesh.update(calc_edges=True)
-    mesh.use_auto_smooth = True
+    if hasattr(mesh, "use_auto_smooth"):  # until Blender 4.0
+        mesh.use_auto_smooth = True
     mesh.normals_split_custom_set_from_vertices(normals.tolist())
     for slot in baked.materials:
         own = slot.split(" ", 1)[1]

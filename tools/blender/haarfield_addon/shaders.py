@@ -64,6 +64,34 @@ def value_of(node, name, where, warnings):
     return float(value) if isinstance(value, (int, float)) else [float(channel) for channel in value[:3]]
 
 
+# Names of sockets of the Principled BSDF in Blender 4, where they differ from those of Blender 3.
+NEW_NAMES = {
+    "Specular": "Specular IOR Level",
+    "Emission": "Emission Color",
+    "Transmission": "Transmission Weight",
+    "Subsurface": "Subsurface Weight",
+    "Clearcoat": "Coat Weight",
+    "Sheen": "Sheen Weight",
+}
+
+
+def principled_value(node, name, where, warnings):
+    """Returns the value of a socket of a Principled BSDF.
+
+    name  that of Blender 3.
+    """
+    return value_of(node, name if name in node.inputs else NEW_NAMES[name], where, warnings)
+
+
+def dielectric_of(node, where, warnings):
+    """Returns the reflectance at normal incidence of a Principled BSDF that is not metallic."""
+    level = max(0.0, principled_value(node, "Specular", where, warnings))
+    if "Specular" in node.inputs:
+        return 0.08 * level
+    ior = max(1.0, value_of(node, "IOR", where, warnings))
+    return 2 * level * ((ior - 1) / (ior + 1)) ** 2
+
+
 def image_node_of(socket, where, warnings):
     """Returns the image texture of a colour; None if the colour is constant."""
     node = source_of(socket)
@@ -120,18 +148,18 @@ def material_of(material, warnings):
         return table, image
     metallic = min(max(value_of(node, "Metallic", where, warnings), 0.0), 1.0)
     roughness = min(max(value_of(node, "Roughness", where, warnings), 0.0), 1.0)
-    dielectric = 0.08 * max(0.0, value_of(node, "Specular", where, warnings)) * (1 - metallic)
+    dielectric = dielectric_of(node, where, warnings) * (1 - metallic)
     metal = pixels_of(image.image).mean(axis=(0, 1)).tolist() if image else base
     table["diffuse"] = [(1 - metallic) * channel for channel in base]
     table["specular"] = clamped([dielectric + metallic * channel for channel in metal])
     # A Phong lobe of the same width as GGX of this roughness.
     table["shininess"] = min(max((2 / max(roughness, 0.05) ** 4 - 2) / 4, 1.0), 1000.0)
     strength = value_of(node, "Emission Strength", where, warnings)
-    emission = [max(0.0, strength * channel) for channel in value_of(node, "Emission", where, warnings)]
+    emission = [max(0.0, strength * channel) for channel in principled_value(node, "Emission", where, warnings)]
     if any(emission):
         table["emission"] = emission
     for name in ("Transmission", "Subsurface", "Clearcoat", "Sheen"):
-        if value_of(node, name, where, []) > 0:
+        if principled_value(node, name, where, []) > 0:
             warnings.append(f"{where}: {name} is ignored")
     if source_of(node.inputs["Normal"]) is not None:
         warnings.append(f"{where}: its normal map is ignored")
