@@ -133,7 +133,7 @@ def test_texts_curves_and_metaballs_are_baked_once(folder):
     for collection, name in ((context.collection, "Letter"), (inside, "Letter inside")):
         collection.objects.link(bpy.data.objects.new(name, text))
     bpy.ops.curve.primitive_bezier_circle_add(location=(1, 1, 1))
-    context.object.data.bevel_depth = 0.1
+    context.object.name, context.object.data.bevel_depth = "Circle", 0.1
     bpy.ops.object.metaball_add(location=(-1, 1, 1))
     empty = bpy.data.objects.new("Empty", None)
     empty.instance_type, empty.instance_collection = "COLLECTION", inside
@@ -141,7 +141,7 @@ def test_texts_curves_and_metaballs_are_baked_once(folder):
     empty.location.x = 2
     context.view_layer.update()
     bpy.ops.haarfield.bake()
-    assert set(results.copies(context.scene)) == {"Floor", "Letter", "Empty.Letter inside", "BezierCircle", "Mball"}
+    assert set(results.copies(context.scene)) == {"Floor", "Letter", "Empty.Letter inside", "Circle", "Mball"}
 
 
 def test_what_can_not_be_baked_is_refused(folder):

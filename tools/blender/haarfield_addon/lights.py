@@ -2,6 +2,7 @@
 
 import math
 
+import bpy
 import numpy
 
 from .frame import TO_HAARFIELD
@@ -13,6 +14,8 @@ FADE = 1e-3
 BRIGHTEST = 5e8
 # Number of places along an edge of a lamp's area. Powers of two have equal weights.
 SMALL, LARGE = 8, 16
+# Cycles has other units of area lights and suns since Blender 4, and spots without a cosine.
+IS_NEW = bpy.app.version >= (4, 0)
 # A sun is a lamp at this multiple of the scene's extent: its directions are off by at most 1e-4 rad.
 FAR, FARTHEST = 1e4, 5e5
 
@@ -65,11 +68,13 @@ def ball_keys(radius):
 
 
 def spot_keys(size, blend):
-    """Returns the keys of Cycles' cone, which equals POV-Ray's: the cosine times a smooth step of the cosine."""
+    """Returns the keys of Cycles' cone, which equals POV-Ray's: a smooth step of the cosine, times the cosine before
+    Blender 4.
+    """
     edge = math.cos(size / 2)
     begin = math.acos(min(1.0, edge + (1 - edge) * blend))
     falloff = math.degrees(size / 2)
-    return {"radius": min(math.degrees(begin), falloff), "falloff": falloff, "tightness": 1}
+    return {"radius": min(math.degrees(begin), falloff), "falloff": falloff, "tightness": 0 if IS_NEW else 1}
 
 
 def spread_keys(spread):
@@ -112,7 +117,7 @@ def area_light(light, matrix, colour, where, warnings):
             f"{where}: its spread of {math.degrees(light.spread):.0f} degrees is approximated by a cone, with an error of "
             f"{100 * error:.0f} %"
         )
-    lamp = {"kind": "spot", **cone, **inverse_square(axial * colour / 4)}
+    lamp = {"kind": "spot", **cone, **inverse_square(axial * colour / (math.pi if IS_NEW else 4))}
     if min(numpy.linalg.norm(across), numpy.linalg.norm(along)) > 1e-6:
         is_round = light.shape in ("DISK", "ELLIPSE")
         lamp["area"] = area_table(TO_HAARFIELD @ across, TO_HAARFIELD @ along, LARGE, is_round)
@@ -122,6 +127,9 @@ def area_light(light, matrix, colour, where, warnings):
 def sun_light(light, towards, colour, extent):
     """Returns a distant round lamp with the irradiance of Cycles."""
     radius = math.tan(min(light.angle / 2, 1.4))
+    if IS_NEW:
+        # The strength is the irradiance of a surface that faces the sun: divided by the mean cosine of the disc.
+        colour = colour * (math.sqrt(1 + radius**2) + 1) / 2
     distance = min(FAR * max(extent, 1.0), FARTHEST / max(1.0, radius))
     position = -distance * towards
     lamp = {"kind": "parallel", "colour": (colour / math.pi).tolist(), "position": position.tolist()}
