@@ -235,22 +235,25 @@ public:
     }
 
 private:
-    /// Adds a convex polygon, some of whose corners may be the same vertex.
-    void add_polygon(std::vector<Corner> polygon) {
-        for (std::size_t n = polygon.size(); n-- > 0;)
-            if (polygon.size() > 1 && polygon[n].vertex == polygon[(n + 1) % polygon.size()].vertex)
-                polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(n));
-        if (polygon.size() == 4 && diagonal(polygon, 1) < diagonal(polygon, 0))
-            std::rotate(polygon.begin(), polygon.begin() + 1, polygon.end());
-        for (std::size_t n = 2; n < polygon.size(); ++n)
-            parts_now_.push_back({{polygon[0].vertex, polygon[n - 1].vertex, polygon[n].vertex},
-                                  {polygon[0].weights, polygon[n - 1].weights, polygon[n].weights}});
-    }
-
-    float diagonal(const std::vector<Corner>& polygon, std::size_t from) const {
-        return (result_.mesh.positions[polygon[from].vertex] -
-                result_.mesh.positions[polygon[from + 2].vertex])
-            .length2();
+    /// Adds a convex polygon of at most six corners, some of which may be the same vertex.
+    void add_polygon(std::initializer_list<Corner> given) {
+        std::array<Corner, 6> corners;
+        std::size_t count = 0;
+        for (const Corner& corner : given) {
+            if (count > 0 && corners[count - 1].vertex == corner.vertex) --count;
+            corners[count++] = corner;
+        }
+        while (count > 1 && corners[count - 1].vertex == corners[0].vertex) --count;
+        const auto diagonal = [&](std::size_t from) {
+            return (result_.mesh.positions[corners[from].vertex] -
+                    result_.mesh.positions[corners[from + 2].vertex])
+                .length2();
+        };
+        if (count == 4 && diagonal(1) < diagonal(0))
+            std::rotate(corners.begin(), corners.begin() + 1, corners.begin() + 4);
+        for (std::size_t n = 2; n < count; ++n)
+            parts_now_.push_back({{corners[0].vertex, corners[n - 1].vertex, corners[n].vertex},
+                                  {corners[0].weights, corners[n - 1].weights, corners[n].weights}});
     }
 
     void store(std::uint32_t triangle) {
