@@ -488,6 +488,28 @@ TEST(PovrayImport, ThinPartsOfUnionsAreWhole) {
         EXPECT_EQ(warning.find("narrower"), std::string::npos) << warning;
 }
 
+TEST(PovrayImport, GridsAreNoFinerThanPixels) {
+    // The second union has the same thin rod, but is 42 pixels wide.
+    const auto imported =
+        imported_text("povray_distant",
+                      "#version 3.7;\nglobal_settings{assumed_gamma 1}\ncamera{location <0,3,-9> look_at 0}\n"
+                      "light_source{<5,9,-9> rgb 1}\n"
+                      "#declare Rod=union{box{-1,1} cylinder{<.3,0,.2>,<.9,2.5,.5>,.035} pigment{rgb .5}}\n"
+                      "object{Rod}\nobject{Rod translate <4,0,30>}\n",
+                      32);
+    ASSERT_TRUE(imported) << imported.error().message();
+    ASSERT_EQ(imported->scene.entities.size(), 2u);
+    std::array<std::size_t, 2> triangles{};
+    for (std::size_t e = 0; e < 2; ++e) {
+        const Result<ImportedMesh> mesh = read_mesh(imported->scene.entities[e].mesh);
+        ASSERT_TRUE(mesh) << mesh.error().message();
+        triangles[e] = mesh->mesh.triangles.size();
+    }
+    EXPECT_GT(triangles[0], 3 * triangles[1]);
+    for (const std::string& warning : imported->warnings)
+        EXPECT_EQ(warning.find("narrower"), std::string::npos) << warning;
+}
+
 /// Returns the share of a mesh's area where the interpolated normal is off by more than 10 degrees.
 ///
 /// normal  the exact one near a point.
