@@ -88,13 +88,13 @@ bool find_pattern(ObjectSurface& surface);
 /// chosen    indices of surfaces with colours; at least one.
 /// opacity   measure coverage, too: the fraction of light that does not pass the surface. Otherwise the
 ///           surfaces must be opaque.
+/// start     wall time of a run of POV-Ray that renders nothing. [s]
 /// returns   linear colours >= 0, not multiplied by coverage; texels beside the surfaces repeat those at
 ///           their borders.
 /// accuracy  as add_pigments, at the centres of texels.
 /// errors    those of SceneQueries::answer.
-/// start     wall time of a run of POV-Ray that renders nothing. [s]
 /// cost      processor time: 3 us per texel, twice that with opacity; 0.3 ns for each texel and each
-///           triangle, divided by the number of runs of POV-Ray, up to 32, which is chosen by `start`.
+///           triangle, divided by the number of runs of POV-Ray, up to 32: the fewer, the longer `start` is.
 /// source    a mesh_camera with distribution 3, which renders image coordinates.
 Result<Image> pigment_image(const SceneQueries& queries, std::span<const GridRequest> requests,
                             std::vector<ObjectSurface>& surfaces, const std::vector<std::size_t>& chosen,

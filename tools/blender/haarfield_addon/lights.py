@@ -14,7 +14,7 @@ FADE = 1e-3
 BRIGHTEST = 5e8
 # Number of places along an edge of a lamp's area. Powers of two have equal weights.
 SMALL, LARGE = 8, 16
-# Cycles has other units of area lights and suns since Blender 4, and spots without a cosine.
+# Since Blender 4, Cycles has other units for area lights and suns, and the intensity of spots has no factor of the cosine.
 IS_NEW = bpy.app.version >= (4, 0)
 # A sun is a lamp at this multiple of the scene's extent: its directions are off by at most 1e-4 rad.
 FAR, FARTHEST = 1e4, 5e5
