@@ -42,6 +42,11 @@ std::string text_of(const std::filesystem::path& file) {
     return text.str();
 }
 
+/// Removes what ThreadSanitizer prints if it does not find the symbols of a library.
+std::string without_symbolizer(const std::string& text) {
+    return std::regex_replace(text, std::regex("LLVMSymbolizer: [^\n]*\n"), "");
+}
+
 struct Outcome {
     int code = -1;  // exit code; -signal if ended by one
     std::string out, err;
@@ -82,7 +87,7 @@ protected:
         int status = 0;
         waitpid(child, &status, 0);
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder_ / "stdout.txt"),
-                text_of(folder_ / "stderr.txt")};
+                without_symbolizer(text_of(folder_ / "stderr.txt"))};
     }
 
     Outcome run(std::vector<std::string> arguments) { return finish(start(std::move(arguments))); }

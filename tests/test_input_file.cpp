@@ -8,6 +8,7 @@
 
 #include <cstring>
 
+#include "fields/base/sanitizers.h"
 #include "fields/field/field_file.h"
 #include "fields/file/mapped_file.h"
 #include "fields/file/section_file.h"
@@ -94,6 +95,12 @@ bool lengthen(const path& file) {
     return truncate(file.c_str(), terabyte) == 0;
 }
 
+/// True for readers that ignore what follows the grids of a file, if their process can map all of it.
+/// Sanitizers do not permit a limit of its address space.
+bool may_map_a_terabyte(const std::string& reader) {
+    return has_shadow_memory && (reader == "grids" || reader == "leaves");
+}
+
 /// Reading a terabyte would take minutes.
 TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
     const TestFolder folder;
@@ -106,7 +113,8 @@ TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
         write_text(folder / "sparse", begin);
         if (!lengthen(folder / "sparse")) GTEST_SKIP() << "no files of a terabyte here";
         for (const auto& [reader, error] : errors_of_readers(folder / "sparse"))
-            if (reader != "first section" || begin != sections) {
+            if ((reader != "first section" || begin != sections) &&
+                !(may_map_a_terabyte(reader) && begin == field)) {
                 EXPECT_NE(error, "no error")
                     << reader << " of a file that begins with " << begin.substr(0, 8);
             }

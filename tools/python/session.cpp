@@ -256,7 +256,7 @@ private:
     void let_go() {
         shown_->last = do_now([](RelightSession& session) { return session.take_radiance(); });
         shown_->session.reset();
-        shown_ = std::make_shared<RadianceOwner>(session_, SceneColours());
+        shown_ = std::make_shared<RadianceOwner>(RadianceOwner{session_, {}});
     }
 
     std::shared_ptr<const PythonScene> scene_;       ///< With the lamps and materials of the session.
