@@ -289,6 +289,39 @@ TEST(Bounces, PointsGatherTheRadianceAroundThem) {
     EXPECT_NEAR(sum / count, 1, 0.01);
 }
 
+TEST(Bounces, LaterBouncesOfGroupsAgreeWithThoseOfAllRows) {
+    // A box on the floor of a room, with a spot of light on a wall.
+    Bouncing room(joined_meshes(inside_out(box_mesh({-1, -1, -1}, {1, 1, 1}, 24)),
+                                box_mesh({-0.6f, -0.99f, -0.5f}, {0, -0.2f, 0.1f}, 12)),
+                  matte(0.8f));
+    const VertexRows rows(room.scene, room.geometry());
+    const Mesh& mesh = *room.scene.entities[0].mesh;
+    std::vector<Rgb> direct(rows.count());
+    for (std::size_t row = 0; row < direct.size(); ++row)
+        direct[row] = Rgb((mesh.positions[rows[row].vertex] - Vec3f(1, 0.4f, 0.2f)).length() < 0.4f ? 1 : 0);
+    const std::vector<Rgb> reflectance = row_reflectances(room.scene, room.geometry());
+    const CoarseTransport coarse = room.transport().coarse();
+    EXPECT_LT(3 * coarse.share.size(), rows.count());
+    for (const int most : {1, 2, 3, any_bounces}) {
+        const BouncedLight all =
+                               *bounced_light(room.transport(), reflectance, direct, bouncing(most).bounces),
+                           grouped = *bounced_light(room.transport(), coarse, reflectance, direct,
+                                                    bouncing(most).bounces);
+        double difference = 0, whole = 0, sum = 0;
+        for (std::size_t row = 0; row < rows.count(); ++row) {
+            difference += double(std::abs(all.irradiance[row].x - grouped.irradiance[row].x));
+            whole += double(all.irradiance[row].x);
+            sum += double(grouped.irradiance[row].x);
+        }
+        EXPECT_GT(whole, 0);
+        EXPECT_LT(difference, (most < 3 ? 0 : 0.01) * whole + 1e-9) << most;
+        EXPECT_NEAR(sum / whole, 1, 0.005) << most;
+        if (most < any_bounces) {
+            EXPECT_EQ(grouped.bounces, most);
+        }
+    }
+}
+
 TEST(Bounces, SmoothingPreservesUniformLightAndContacts) {
     // A floor with a wall on it: the light from the wall changes quickly at its foot.
     Bouncing scene(joined_meshes(square_mesh(2, 0, 16), box_mesh({-1, 0, -0.1f}, {1, 1, 0.1f}, 16)),

@@ -1,5 +1,6 @@
 #include "shading/bounces/indirect_light.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -26,39 +27,11 @@ const Mesh& mesh_of(const ShadedScene& scene, std::size_t instance) {
     return *scene.entities[scene.instances[instance].entity].mesh;
 }
 
-}  // namespace
-
-void fill_hidden(const ShadedScene& scene, const ShadingGeometry& geometry,
-                 std::span<const std::uint8_t> hidden, SceneColours& colours) {
-    const VertexRows rows(scene, geometry);
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        std::vector<std::uint8_t> by_vertex(rows.vertices(i).size());
-        for (std::size_t k = 0; k < by_vertex.size(); ++k)
-            by_vertex[rows.vertices(i)[k]] = hidden[rows.first(i) + k];
-        if (by_vertex != entity.occlusion->samples().buried)
-            BuriedFill(*entity.mesh, std::move(by_vertex))(colours[i]);
-    }
-}
-
-std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometry& geometry) {
-    const VertexRows rows(scene, geometry);
-    std::vector<Rgb> result;
-    result.reserve(rows.count());
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        for (const std::uint32_t v : rows.vertices(i)) {
-            const Rgb albedo = entity.materials[entity.mesh->vertex_materials[v]].diffuse;
-            result.push_back((entity.tints.empty() ? albedo : albedo * entity.tints[v]) *
-                             static_cast<float>(1 / pi));
-        }
-    }
-    return result;
-}
-
-Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<const Rgb> reflectance,
-                                   std::span<const Rgb> direct, const BounceSettings& settings,
-                                   const Progress& progress) {
+/// Computes bounced_light with a transport between any elements.
+template <class Transport>
+Result<BouncedLight> sum_of_bounces(const Transport& transport, std::span<const Rgb> reflectance,
+                                    std::span<const Rgb> direct, const BounceSettings& settings,
+                                    const Progress& progress) {
     assert(reflectance.size() == direct.size());
     BouncedLight result;
     result.irradiance.assign(direct.size(), Rgb(0.0f));
@@ -109,6 +82,70 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
         result.irradiance[row] += arriving[row] * rest;
         result.radiance[row] += last[row] * rest;
     }
+    return result;
+}
+
+}  // namespace
+
+void fill_hidden(const ShadedScene& scene, const ShadingGeometry& geometry,
+                 std::span<const std::uint8_t> hidden, SceneColours& colours) {
+    const VertexRows rows(scene, geometry);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        std::vector<std::uint8_t> by_vertex(rows.vertices(i).size());
+        for (std::size_t k = 0; k < by_vertex.size(); ++k)
+            by_vertex[rows.vertices(i)[k]] = hidden[rows.first(i) + k];
+        if (by_vertex != entity.occlusion->samples().buried)
+            BuriedFill(*entity.mesh, std::move(by_vertex))(colours[i]);
+    }
+}
+
+std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometry& geometry) {
+    const VertexRows rows(scene, geometry);
+    std::vector<Rgb> result;
+    result.reserve(rows.count());
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        for (const std::uint32_t v : rows.vertices(i)) {
+            const Rgb albedo = entity.materials[entity.mesh->vertex_materials[v]].diffuse;
+            result.push_back((entity.tints.empty() ? albedo : albedo * entity.tints[v]) *
+                             static_cast<float>(1 / pi));
+        }
+    }
+    return result;
+}
+
+Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<const Rgb> reflectance,
+                                   std::span<const Rgb> direct, const BounceSettings& settings,
+                                   const Progress& progress) {
+    return sum_of_bounces(transport, reflectance, direct, settings, progress);
+}
+
+Result<BouncedLight> bounced_light(const LightTransport& transport, const CoarseTransport& coarse,
+                                   std::span<const Rgb> reflectance, std::span<const Rgb> direct,
+                                   const BounceSettings& settings, const Progress& progress) {
+    if (settings.most < 3) return bounced_light(transport, reflectance, direct, settings, progress);
+    const auto for_rows = [&](const auto& act) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, direct.size(), 4096), [&](const auto& range) {
+            for (std::size_t row = range.begin(); row != range.end(); ++row) act(row);
+        });
+    };
+    // The first bounce is computed at all rows, since direct light may vary quickly.
+    const std::vector<Rgb> first = transport.irradiance(direct);
+    std::vector<Rgb> radiance(direct.size());
+    for_rows([&](std::size_t row) { radiance[row] = reflectance[row] * first[row]; });
+    BounceSettings later = settings;
+    if (later.most < any_bounces) later.most -= 2;
+    HF_TRY(BouncedLight result,
+           sum_of_bounces(coarse, coarse.means(reflectance), coarse.means(radiance), later, progress));
+    for_rows([&](std::size_t row) {
+        radiance[row] += direct[row] + reflectance[row] * result.irradiance[coarse.group[row]];
+    });
+    result.irradiance = transport.irradiance(radiance);
+    for_rows(
+        [&](std::size_t row) { radiance[row] = direct[row] + reflectance[row] * result.irradiance[row]; });
+    result.radiance = std::move(radiance);
+    result.bounces += 2;
     return result;
 }
 

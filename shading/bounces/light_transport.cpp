@@ -314,27 +314,30 @@ void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const 
         const std::span<Rgb> values = std::span(irradiance).subspan(run.first, near.end.size());
         const auto steps = std::span(steps_).subspan(run.first, values.size());
         const int most = steps.empty() ? 0 : std::min<int>(most_steps, *std::ranges::max_element(steps));
-        std::vector<Rgb> mixed(values.begin(), values.end());
+        std::vector<Rgb> other(values.begin(), values.end());
+        std::span<const Rgb> before = values;
+        std::span<Rgb> after = other;
         for (int step = 0; step < most; ++step) {
             tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 1024), [&](const auto& range) {
                 for (std::size_t k = range.begin(); k != range.end(); ++k) {
-                    if (steps[k] <= step) continue;
+                    if (steps[k] < step) continue;
+                    after[k] = before[k];
+                    // Afterwards both arrays have the final value of the row.
+                    if (steps[k] == step) continue;
                     Rgb sum(0.0f);
-                    const std::uint32_t first = k == 0 ? 0 : near.end[k - 1], end = near.end[k];
                     std::uint32_t count = 0;
-                    for (std::uint32_t n = first; n < end; ++n) {
-                        if (hidden_[run.first + near.place[n]]) continue;
-                        sum += mixed[near.place[n]];
+                    for (const std::uint32_t place : near.of(k)) {
+                        if (hidden_[run.first + place]) continue;
+                        sum += before[place];
                         ++count;
                     }
-                    if (count > 0) values[k] = (mixed[k] + sum / static_cast<float>(count)) * 0.5f;
+                    if (count > 0) after[k] = (before[k] + sum / static_cast<float>(count)) * 0.5f;
                 }
             });
-            // Rows that this step did not average are equal in both arrays.
-            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 4096), [&](const auto& range) {
-                for (std::size_t k = range.begin(); k != range.end(); ++k) mixed[k] = values[k];
-            });
+            before = after;
+            after = step % 2 == 0 ? values : std::span<Rgb>(other);
         }
+        if (most % 2 == 1) std::ranges::copy(other, values.begin());
     });
 }
 

@@ -13,6 +13,7 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "shading/bounces/coarse_transport.h"
 #include "shading/bounces/fine_surface.h"
 #include "shading/visibility/vertex_rows.h"
 
@@ -67,6 +68,10 @@ public:
     /// cost   about 10 ns per row and step.
     void smooth(std::vector<Rgb>& irradiance, int steps = most_smoothing_steps) const;
 
+    /// Returns the transport between groups of neighbouring rows. Groups are narrow compared with the
+    /// distance to the hit surfaces, and do not cross edges.
+    CoarseTransport coarse() const;
+
     /// True if no ray of the row hits a surface, so that the row receives no indirect light. True for hidden
     /// rows.
     bool is_empty(std::size_t row) const { return nearness_[row] == 0; }
@@ -87,6 +92,12 @@ private:
         std::vector<std::uint32_t> end;      ///< End of each vertex's neighbours in `place`, by place.
         std::vector<std::uint32_t> place;    ///< Places of the neighbours.
         std::vector<float> square_distance;  ///< Mean squared distance to the neighbours, by place. [m^2]
+
+        /// Returns the places of a vertex's neighbours.
+        std::span<const std::uint32_t> of(std::size_t vertex) const {
+            const std::size_t first = vertex > 0 ? end[vertex - 1] : 0;
+            return std::span(place).subspan(first, end[vertex] - first);
+        }
     };
     /// The rows of one instance.
     struct Run {

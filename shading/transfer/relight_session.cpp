@@ -209,7 +209,7 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
     HF_TRY(const DenseCoefficients* typical, light(progress));
     HF_TRY(LightTransfer made,
            light_transfer(scene(), *geometry, settings, transfer_settings_, *typical, progress));
-    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}, {}};
+    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}, {}, {}};
     if (settings.bounces.most > 0) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
         std::vector<Rgb> radiance, diffuse;
@@ -222,6 +222,7 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
                bounced_light(*frames.transport, frames.reflectances, diffuse, settings.bounces, progress));
         HF_TRY_DONE(frames.transport->refine(scene(), *geometry, *rays->surface, bounced.radiance,
                                              frames.reflectances, progress));
+        frames.coarse = frames.transport->coarse();
         HF_TRY_DONE(current_hits(progress));
         frames.last = {std::move(diffuse), std::move(bounced.irradiance), {}, 0};
     }
@@ -616,8 +617,8 @@ Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality q
         BounceSettings bounces = inputs_.settings.bounces;
         if (quality == FrameQuality::moving)
             bounces.tolerance = std::max(bounces.tolerance, moving_tolerance);
-        HF_TRY(BouncedLight found,
-               bounced_light(transport, frames.reflectances, frames.direct, bounces, progress));
+        HF_TRY(BouncedLight found, bounced_light(transport, frames.coarse, frames.reflectances, frames.direct,
+                                                 bounces, progress));
         last.arriving = std::move(found.irradiance);
     }
     HF_TRY(const SpecularHits* hits, current_hits(progress));

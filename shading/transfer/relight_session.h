@@ -181,6 +181,7 @@ private:
         LightTransfer transfer;
         std::optional<LightTransport>
             transport;                  ///< Refined for the light of the vectors; if there are bounces.
+        CoarseTransport coarse;         ///< That of `transport`.
         std::vector<Rgb> reflectances;  ///< row_reflectances.
         /// Results of the last frame, by row.
         struct LastFrame {
@@ -193,7 +194,7 @@ private:
         /// Buffers, reused by all frames.
         std::vector<Rgb> radiance, diffuse, direct, sent, irradiance;
 
-        std::size_t bytes() const { return transfer.bytes(); }
+        std::size_t bytes() const { return transfer.bytes() + coarse.bytes(); }
     };
     /// The state of frames in which the eye moves.
     struct EyeFrames {
