@@ -59,6 +59,7 @@ protected:
 };
 
 TEST_F(HostileSurroundings, UntrustedFilesAreRefusedWithoutASandboxUnlessAllowed) {
+    if (is_thread_sanitized) GTEST_SKIP() << "ThreadSanitizer does not support reader processes";
     EXPECT_EQ(run("HAARFIELD_READER= $H info box.obj"), 1);
     EXPECT_NE(messages().find("--unsandboxed"), std::string::npos) << messages();
     EXPECT_EQ(run("HAARFIELD_READER= $H info --unsandboxed box.obj > /dev/null"), 0) << messages();
@@ -66,6 +67,7 @@ TEST_F(HostileSurroundings, UntrustedFilesAreRefusedWithoutASandboxUnlessAllowed
 }
 
 TEST_F(HostileSurroundings, AnotherReaderProcessReadsImages) {
+    if (is_thread_sanitized) GTEST_SKIP() << "ThreadSanitizer does not support reader processes";
     Image image{2, 2, std::vector<Rgb>(4, Rgb(1, 2, 3)), {}};
     ASSERT_TRUE(write_image(image, folder / "in/a.exr"));
     EXPECT_EQ(run("$H compare a.exr a.exr -o d > /dev/null"), 0) << messages();
