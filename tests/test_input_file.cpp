@@ -112,12 +112,14 @@ TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
           std::string("v 1 2 3\n"), std::string("\x89PNG\r\n\x1a\n")}) {
         write_text(folder / "sparse", begin);
         if (!lengthen(folder / "sparse")) GTEST_SKIP() << "no files of a terabyte here";
-        for (const auto& [reader, error] : errors_of_readers(folder / "sparse"))
-            if ((reader != "first section" || begin != sections) &&
-                !(may_map_a_terabyte(reader) && begin == field)) {
+        for (const auto& [reader, error] : errors_of_readers(folder / "sparse")) {
+            const bool may_read = (reader == "first section" && begin == sections) ||
+                                  (may_map_a_terabyte(reader) && begin == field);
+            if (!may_read) {
                 EXPECT_NE(error, "no error")
                     << reader << " of a file that begins with " << begin.substr(0, 8);
             }
+        }
     }
 }
 

@@ -21,15 +21,15 @@ constexpr std::size_t many_entries = 1 << 21, few_entries = 32;
 
 }  // namespace
 
-CoarseTransport LightTransport::coarse() const {
+std::vector<std::uint32_t> LightTransport::find_groups(std::vector<std::uint32_t>& group) const {
     constexpr std::uint32_t none = 0xffffffff;
-    CoarseTransport made;
-    made.group.assign(nearness_.size(), none);
+    group.assign(nearness_.size(), none);
     std::vector<std::uint32_t> sizes;
     std::vector<std::size_t> members;  // Places of the rows of one group.
     for (const Run& run : runs_) {
         const Neighbours& near = neighbours_[run.entity];
-        // Returns the number of rows around one that are near compared with other surfaces.
+        // Returns the largest size of a group around a row: the number of rows that are near it, compared
+        // with other surfaces. A row in a narrow fold, or a hidden one, is alone.
         const auto most_members = [&](std::size_t place) {
             const float nearness = nearness_[run.first + place],
                         square = near.square_distance[place] * run.square_scale * nearness * nearness;
@@ -38,35 +38,41 @@ CoarseTransport LightTransport::coarse() const {
                               float(most_grouped));
         };
         const auto is_free = [&](std::size_t place) {
-            return made.group[run.first + place] == none && most_members(place) > 1;
+            return group[run.first + place] == none && most_members(place) > 1;
         };
         for (std::size_t first = 0; first < near.end.size(); ++first) {
             const std::size_t row = run.first + first;
-            if (made.group[row] != none) continue;
+            if (group[row] != none) continue;
             const float most = most_members(first);
             const std::span<const std::uint32_t> beside = near.of(first);
             // Rows that groups have left over join one of them.
             if (most > 1 && std::ranges::count_if(beside, is_free) < 2) {
                 const auto joined = std::ranges::find_if(beside, [&](std::uint32_t place) {
-                    return made.group[run.first + place] != none && most_members(place) > 1;
+                    return group[run.first + place] != none && most_members(place) > 1;
                 });
                 if (joined != beside.end()) {
-                    made.group[row] = made.group[run.first + *joined];
-                    ++sizes[made.group[row]];
+                    group[row] = group[run.first + *joined];
+                    ++sizes[group[row]];
                     continue;
                 }
             }
-            made.group[row] = static_cast<std::uint32_t>(sizes.size());
+            group[row] = static_cast<std::uint32_t>(sizes.size());
             members.assign(1, first);
             for (std::size_t m = 0; m < members.size(); ++m)
                 for (const std::uint32_t place : near.of(members[m]))
                     if (static_cast<float>(members.size()) < most && is_free(place)) {
-                        made.group[run.first + place] = made.group[row];
+                        group[run.first + place] = group[row];
                         members.push_back(place);
                     }
             sizes.push_back(static_cast<std::uint32_t>(members.size()));
         }
     }
+    return sizes;
+}
+
+CoarseTransport LightTransport::coarse() const {
+    CoarseTransport made;
+    const std::vector<std::uint32_t> sizes = find_groups(made.group);
     // Rows by group.
     std::vector<std::uint32_t> first(sizes.size() + 1, 0), rows(made.group.size());
     std::partial_sum(sizes.begin(), sizes.end(), first.begin() + 1);
@@ -80,10 +86,9 @@ CoarseTransport LightTransport::coarse() const {
         hits.clear();
         double directions = 0;
         for (std::uint32_t k = first[group]; k < first[group + 1]; ++k) {
-            const std::size_t row = rows[k], place = row % block_rows;
-            const Block& block = blocks_[row / block_rows];
-            hits.insert(hits.end(), block.sources.begin() + (place == 0 ? 0 : block.end[place - 1]),
-                        block.sources.begin() + block.end[place]);
+            const std::size_t row = rows[k];
+            const std::span<const std::uint32_t> of_row = blocks_[row / block_rows].of(row % block_rows);
+            hits.insert(hits.end(), of_row.begin(), of_row.end());
             directions += directions_[row];
         }
         // One of each equal part, at random: regular parts of a row's sequence of rays lack directions.

@@ -1,6 +1,5 @@
 #include "shading/bounces/indirect_light.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "shading/bounces/gathering_directions.h"
 #include "shading/bounces/lobe_rays.h"
+#include "shading/bounces/row_loop.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/visibility/buried_fill.h"
 
@@ -125,25 +125,21 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, const Coarse
                                    std::span<const Rgb> reflectance, std::span<const Rgb> direct,
                                    const BounceSettings& settings, const Progress& progress) {
     if (settings.most < 3) return bounced_light(transport, reflectance, direct, settings, progress);
-    const auto for_rows = [&](const auto& act) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, direct.size(), 4096), [&](const auto& range) {
-            for (std::size_t row = range.begin(); row != range.end(); ++row) act(row);
-        });
-    };
     // The first bounce is computed at all rows, since direct light may vary quickly.
     const std::vector<Rgb> first = transport.irradiance(direct);
     std::vector<Rgb> radiance(direct.size());
-    for_rows([&](std::size_t row) { radiance[row] = reflectance[row] * first[row]; });
+    for_rows(direct.size(), [&](std::size_t row) { radiance[row] = reflectance[row] * first[row]; });
     BounceSettings later = settings;
     if (later.most < any_bounces) later.most -= 2;
     HF_TRY(BouncedLight result,
            sum_of_bounces(coarse, coarse.means(reflectance), coarse.means(radiance), later, progress));
-    for_rows([&](std::size_t row) {
+    for_rows(direct.size(), [&](std::size_t row) {
         radiance[row] += direct[row] + reflectance[row] * result.irradiance[coarse.group[row]];
     });
     result.irradiance = transport.irradiance(radiance);
-    for_rows(
-        [&](std::size_t row) { radiance[row] = direct[row] + reflectance[row] * result.irradiance[row]; });
+    for_rows(direct.size(), [&](std::size_t row) {
+        radiance[row] = direct[row] + reflectance[row] * result.irradiance[row];
+    });
     result.radiance = std::move(radiance);
     result.bounces += 2;
     return result;

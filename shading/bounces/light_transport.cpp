@@ -235,8 +235,8 @@ std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb
             const std::size_t row = run.first + k, b = row / block_rows, place = row % block_rows;
             const Block& block = blocks_[b];
             double sum = 0, squares = 0;
-            for (std::uint32_t n = place == 0 ? 0 : block.end[place - 1]; n < block.end[place]; ++n) {
-                const auto value = double(luminance(radiance[block.sources[n]]));
+            for (const std::uint32_t source : block.of(place)) {
+                const auto value = double(luminance(radiance[source]));
                 sum += value;
                 squares += value * value;
             }
@@ -287,9 +287,7 @@ void LightTransport::gather(std::span<const Rgb> radiance, std::size_t first, st
         const std::size_t begin = b * block_rows, end = std::min(radiance.size(), begin + block_rows);
         for (std::size_t row = begin + first; row < end; row += stride) {
             Rgb sum(0.0f);
-            for (std::uint32_t n = row == begin ? 0 : block.end[row - begin - 1]; n < block.end[row - begin];
-                 ++n)
-                sum += radiance[block.sources[n]];
+            for (const std::uint32_t source : block.of(row - begin)) sum += radiance[source];
             irradiance[row] = sum * static_cast<float>(pi / directions_[row]);
         }
     });

@@ -85,6 +85,12 @@ private:
     struct Block {
         std::vector<std::uint32_t> sources;           ///< Hit rows, ordered by the row that they light.
         std::array<std::uint32_t, block_rows> end{};  ///< End of each row's entries in `sources`.
+
+        /// Returns the entries of the block's k-th row.
+        std::span<const std::uint32_t> of(std::size_t k) const {
+            const std::size_t first = k > 0 ? end[k - 1] : 0;
+            return std::span(sources).subspan(first, end[k] - first);
+        }
     };
     /// The neighbours of an entity's vertices, which all its instances share. A place is an index into the
     /// entity's ShadingGeometry::Entity::order.
@@ -105,6 +111,8 @@ private:
         float square_scale;         ///< Squared scale of the placement.
     };
     static Neighbours neighbours(const ShadedEntity& entity, std::span<const std::uint32_t> order);
+    /// Chooses the groups of coarse(): sets CoarseTransport::group, and returns their sizes.
+    std::vector<std::uint32_t> find_groups(std::vector<std::uint32_t>& group) const;
     Result<Done> shoot(const ShadedScene& scene, const ShadingGeometry& geometry, const FineSurface& surface,
                        std::span<const std::uint16_t> directions, const Progress& progress);
     void find_steps();

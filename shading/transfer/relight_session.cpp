@@ -1,12 +1,10 @@
 #include "shading/transfer/relight_session.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cassert>
 
 #include "shading/bake/renderer.h"
+#include "shading/bounces/row_loop.h"
 #include "shading/scene/lighting.h"
 
 namespace haarfield {
@@ -29,14 +27,6 @@ double relative_change(std::span<const Rgb> radiance, std::span<const Rgb> other
         whole += double(luminance(other[row]));
     }
     return whole > 0 ? difference / whole : INFINITY;
-}
-
-/// Calls `act` for all numbers below a count, in parallel.
-template <class Act>
-void for_rows(std::size_t count, const Act& act) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const auto& range) {
-        for (std::size_t row = range.begin(); row != range.end(); ++row) act(row);
-    });
 }
 
 /// True if instances are equal, except the translation and scale of one.
@@ -209,7 +199,8 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
     HF_TRY(const DenseCoefficients* typical, light(progress));
     HF_TRY(LightTransfer made,
            light_transfer(scene(), *geometry, settings, transfer_settings_, *typical, progress));
-    LightFrames frames{std::move(made), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    LightFrames frames;
+    frames.transfer = std::move(made);
     if (settings.bounces.most > 0) {
         HF_TRY(const BounceRays* rays, current_rays(progress));
         std::vector<Rgb> radiance, diffuse;
