@@ -193,6 +193,25 @@ TEST(VisibilityRasterizer, AgreesWithThePlainLoop) {
     }
 }
 
+// Near triangles block most samples of those behind them, which are not drawn.
+TEST(VisibilityRasterizer, ManyLayersOfTrianglesAgreeWithThePlainLoop) {
+    const Occluder occluder = make_occluder(triangle_soup(1500, 7));
+    std::vector<Vec3f> points = view_points(occluder);
+    for (int i = 0; i < 40; ++i) points.push_back(occluder.positions()[std::size_t(i) * 110] * 0.9f);
+    for (const int size : {64, 128}) {
+        VisibilityRasterizer rasterizer(size);
+        PlainRasterizer plain(size);
+        for (const Vec3f& point : points)
+            for (const Vec3f& normal : {Vec3f(0.0f), Vec3f(0.36f, 0.48f, -0.8f)}) {
+                const Vec3f* horizon = normal == Vec3f(0.0f) ? nullptr : &normal;
+                EXPECT_LE(difference(rasterizer.open_samples(occluder, point, horizon),
+                                     plain.open_samples(occluder, point, horizon)),
+                          2)
+                    << point << ", size " << size;
+            }
+    }
+}
+
 /// The span rasterizer on all triangles.
 class SpansAlone {
 public:

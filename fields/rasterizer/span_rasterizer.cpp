@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "fields/rasterizer/face_outcodes.h"
 #include "fields/rasterizer/sample_pattern.h"
@@ -50,8 +52,24 @@ enum EdgeData : std::size_t {
     edge_upper = 6,  ///< Constants of the three sides if the rows are above them, or +huge.
     edge_begin = 9,  ///< Sub-columns [begin, end).
     edge_end = 10,
-    edge_data_count = 11
+    edge_top = 11,  ///< Rows that contain the triangle, with a margin for rounding.
+    edge_bottom = 12,
+    edge_data_count = 13
 };
+
+/// Triangles are drawn from near to far if there are at least this many.
+inline constexpr std::size_t fewest_sorted = 256;
+inline constexpr int ranges = 64;  ///< Of distances: four per doubling of the squared distance.
+
+/// Sorts triangles by their range of distances, in linear time.
+inline void sort_by_range(std::vector<DrawnTriangle>& triangles, std::vector<DrawnTriangle>& sorted) {
+    std::array<std::size_t, ranges> place{};
+    for (const DrawnTriangle& triangle : triangles) ++place[triangle.range];
+    std::exclusive_scan(place.begin(), place.end(), place.begin(), std::size_t(0));
+    sorted.resize(triangles.size());
+    for (const DrawnTriangle& triangle : triangles) sorted[place[triangle.range]++] = triangle;
+    triangles.swap(sorted);
+}
 
 }  // namespace haarfield
 
@@ -79,6 +97,11 @@ HWY_INLINE void set_up_side(const FaceVertices& p, const FaceVertices& q, int fa
                edges + (edge_upper + k) * queue_length);
 }
 
+/// Returns the texel row of a vertex with w > 0, from the top.
+HWY_INLINE VF row_of(const FaceVertices& vertex, VF half) {
+    return hn::Add(hn::Mul(hn::Div(vertex.v, vertex.w), half), half);
+}
+
 void set_up(const float* queue, std::size_t count, int face, int face_size, float* edges) {
     const Floats d;
     const FaceComponents frame = all_face_components[face];
@@ -97,11 +120,46 @@ void set_up(const float* queue, std::size_t count, int face, int face_size, floa
         // If a vertex is behind, the vertices do not bound the projection.
         const auto bounded = hn::Gt(hn::Min(a.w, hn::Min(b.w, c.w)), hn::Zero(d));
         const VF columns = hn::Set(d, static_cast<float>(samples_per_texel * face_size));
+        const VF half = hn::Set(d, 0.5f * static_cast<float>(face_size));
+        const VF row_of_a = row_of(a, half), row_of_b = row_of(b, half), row_of_c = row_of(c, half);
         hn::StoreU(hn::IfThenElseZero(bounded, hn::Min(left_of_a, hn::Min(left_of_b, left_of_c))), d,
                    edges + edge_begin * queue_length + i);
         hn::StoreU(hn::IfThenElse(bounded, hn::Max(left_of_a, hn::Max(left_of_b, left_of_c)), columns), d,
                    edges + edge_end * queue_length + i);
+        const VF margin = hn::Set(d, 0.05f);
+        hn::StoreU(hn::IfThenElse(bounded, hn::Sub(hn::Min(row_of_a, hn::Min(row_of_b, row_of_c)), margin),
+                                  hn::Set(d, -1.0f)),
+                   d, edges + edge_top * queue_length + i);
+        hn::StoreU(hn::IfThenElse(bounded, hn::Add(hn::Max(row_of_a, hn::Max(row_of_b, row_of_c)), margin),
+                                  hn::Add(half, half)),
+                   d, edges + edge_bottom * queue_length + i);
     }
+}
+
+/// Tests whether all samples of some rows are blocked in the sub-columns [begin, end).
+///
+/// rows  one bit per row.
+HWY_INLINE bool are_blocked(const std::uint64_t* strip, std::size_t begin, std::size_t end,
+                            std::uint64_t rows) {
+    const Words d;
+    const auto wanted = hn::Set(d, rows);
+    std::size_t k = begin;
+    for (; k + hn::Lanes(d) <= end; k += hn::Lanes(d))
+        if (!hn::AllTrue(d, hn::Eq(hn::And(hn::LoadU(d, strip + k), wanted), wanted))) return false;
+    for (; k < end; ++k)
+        if ((strip[k] & rows) != rows) return false;
+    return true;
+}
+
+/// Returns the bits of the rows of a strip that a triangle may cover.
+///
+/// top, bottom  of the triangle, relative to the strip. [rows]
+/// count        rows of the strip, 1 to 64.
+inline std::uint64_t rows_between(float top, float bottom, float count) {
+    // The sample of row r is between r and r + 1.
+    const auto first = static_cast<unsigned>(std::min(std::max(std::floor(top), 0.0f), count)),
+               end = static_cast<unsigned>(std::min(std::max(std::floor(bottom) + 1, 0.0f), count));
+    return bits_below(end, first) << (first & 63);
 }
 
 /// Returns a word with all bits from bit n on set, 0 <= n <= 64.
@@ -144,12 +202,16 @@ void draw(const float* edges, std::size_t count, int face_size, std::uint64_t* s
     const VF rows = hn::Set(d, static_cast<float>(std::min(face_size - first_row, 64)));
     const VF last_row = hn::Sub(rows, hn::Set(d, 1.0f));
     const float base = 0.5f / samples_per_texel - 0.5f * static_cast<float>(face_size);
-    const VF steps = hn::Mul(hn::Iota(d, 0), hn::Set(d, 1.0f / samples_per_texel));
+    const VF lane = hn::Iota(d, 0), steps = hn::Mul(lane, hn::Set(d, 1.0f / samples_per_texel));
     for (std::size_t i = 0; i < count; ++i) {
         const auto data = [&](std::size_t k) { return edges[k * queue_length + i]; };
         const auto column_begin = static_cast<std::size_t>(data(edge_begin)),
                    column_end = static_cast<std::size_t>(data(edge_end));
         if (column_begin >= column_end) continue;
+        const float top = data(edge_top) - static_cast<float>(first_row),
+                    bottom = data(edge_bottom) - static_cast<float>(first_row);
+        const std::uint64_t reached = rows_between(top, bottom, hn::GetLane(rows));
+        if (are_blocked(strip, column_begin, column_end, reached)) continue;
         const VF columns_begin = hn::Set(d, data(edge_begin)), columns_end = hn::Set(d, data(edge_end));
         const VF slope0 = hn::Set(d, data(0)), slope1 = hn::Set(d, data(1)), slope2 = hn::Set(d, data(2));
         const VF lower0 = hn::Set(d, data(3)), lower1 = hn::Set(d, data(4)), lower2 = hn::Set(d, data(5));
@@ -167,7 +229,7 @@ void draw(const float* edges, std::size_t count, int face_size, std::uint64_t* s
             const VF to = hn::Sub(
                 hn::Min(hn::Min(hn::Add(line0, upper0), hn::Add(line1, upper1)), hn::Add(line2, upper2)),
                 offset);
-            const VF number = hn::Add(hn::Iota(d, 0), hn::Set(d, static_cast<float>(k)));
+            const VF number = hn::Add(lane, hn::Set(d, static_cast<float>(k)));
             const auto within = hn::And(hn::Ge(number, columns_begin), hn::Lt(number, columns_end));
             const auto begin =
                 hn::BitCast(du, hn::ConvertTo(di, hn::Ceil(hn::Min(hn::Max(from, zero), rows))));
@@ -216,14 +278,18 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
     float* vertices = scratch.vertices.data();
     std::uint8_t* viewed_vectors = scratch.viewed_vectors.data();
     std::fill_n(viewed_vectors, vertex_count / lanes + 1, std::uint8_t(0));
+    scratch.drawn.clear();
     std::size_t queued[cubemap_faces] = {};
+    // The exponent and two bits of the mantissa of a squared distance.
+    const auto code = [](float squared) { return int(std::bit_cast<std::uint32_t>(squared) >> 21); };
+    const float farthest = viewed.from_centre.length() + occluder.bounds().radius();
+    const int last_code = code(farthest * farthest);
+    const auto range_of = [&](const float* vertex) {
+        const float squared = vertex[0] * vertex[0] + vertex[1] * vertex[1] + vertex[2] * vertex[2];
+        return static_cast<std::uint8_t>(std::clamp(ranges - 1 + code(squared) - last_code, 0, ranges - 1));
+    };
     const auto block = [&](std::uint32_t t, bool front) {
         const auto& [i, j, k] = occluder.triangles()[t];
-        for (const std::uint32_t v : {i, j, k})
-            if (std::uint8_t& is_viewed = viewed_vectors[v / lanes]; !is_viewed) {
-                view_vertices(occluder, viewed, v / lanes * lanes, vertices);
-                is_viewed = 1;
-            }
         const float *a = vertices + 4 * std::size_t(i), *b = vertices + 4 * std::size_t(front ? j : k),
                     *c = vertices + 4 * std::size_t(front ? k : j);
         const unsigned common =
@@ -256,9 +322,19 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
         for (std::uint64_t drawn = (front | (back & two_sided)) & chosen[start / 64]; drawn != 0;
              drawn &= drawn - 1) {
             const int i = std::countr_zero(drawn);
-            block(start + static_cast<std::uint32_t>(i), front >> i & 1);
+            const std::uint32_t t = start + static_cast<std::uint32_t>(i);
+            for (const std::uint32_t v : occluder.triangles()[t])
+                if (std::uint8_t& is_viewed = viewed_vectors[v / lanes]; !is_viewed) {
+                    view_vertices(occluder, viewed, v / lanes * lanes, vertices);
+                    is_viewed = 1;
+                }
+            scratch.drawn.push_back(
+                {t, (front >> i & 1) != 0, range_of(vertices + 4 * std::size_t(occluder.triangles()[t][0]))});
         }
     }
+    // What near triangles hide need not be drawn.
+    if (scratch.drawn.size() >= fewest_sorted) sort_by_range(scratch.drawn, scratch.sorted);
+    for (const DrawnTriangle& triangle : scratch.drawn) block(triangle.number, triangle.front);
     for (int face = 0; face < cubemap_faces; ++face)
         if (queued[face] != 0) block_queue(scratch, queued[face], face, blocked);
 }

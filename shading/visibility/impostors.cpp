@@ -94,8 +94,9 @@ HWY_INLINE VF opacity_at(const MaskLevel& level, VF x, VF y, hn::Mask<Floats> wa
 /// Multiplies the visibility of a row of texels by the transparency of a mask.
 ///
 /// length  of the row, at least a vector.
+/// lane    0, 1, 2, ..., whose computation is slow.
 HWY_INLINE void hide_in_row(const MaskLevel& level, const MaskOnFace& on, TexelRange columns, float v,
-                            float step, int length, std::uint8_t* texels) {
+                            float step, int length, VF lane, std::uint8_t* texels) {
     const Floats d;
     const Numbers di;
     const hn::Rebind<std::uint8_t, Floats> bytes;
@@ -106,7 +107,7 @@ HWY_INLINE void hide_in_row(const MaskLevel& level, const MaskOnFace& on, TexelR
     for (int column = columns.begin; column < columns.end; column += lanes) {
         // The last vector ends with the row, and may overlap the one before it.
         const int first = std::min(column, length - lanes);
-        const VF number = hn::Add(hn::Iota(d, 0), hn::Set(d, static_cast<float>(first)));
+        const VF number = hn::Add(lane, hn::Set(d, static_cast<float>(first)));
         const VF u = hn::Sub(hn::Mul(hn::Add(number, hn::Set(d, 0.5f)), hn::Set(d, step)), hn::Set(d, 1.0f));
         const VF along = at(on.along, u), magnified = hn::Div(hn::Set(d, on.scale), along),
                  offset = hn::Set(d, on.offset);
@@ -124,15 +125,16 @@ void hide_on_face(const MaskLevel& level, const MaskOnFace& on, TexelRange colum
                   int face_size, std::uint8_t* face) {
     const float step = 2 / static_cast<float>(face_size);
     const int lanes = static_cast<int>(hn::Lanes(Floats()));
+    const VF lane = hn::Iota(Floats(), 0);
     for (int row = rows.begin; row < rows.end; ++row) {
         const float v = (static_cast<float>(row) + 0.5f) * step - 1;
         std::uint8_t* texels = face + std::size_t(row) * std::size_t(face_size);
         if (face_size >= lanes) {
-            hide_in_row(level, on, columns, v, step, face_size, texels);
+            hide_in_row(level, on, columns, v, step, face_size, lane, texels);
         } else {
             std::uint8_t widened[16] = {};
             std::copy_n(texels, face_size, widened);
-            hide_in_row(level, on, columns, v, step, lanes, widened);
+            hide_in_row(level, on, columns, v, step, lanes, lane, widened);
             std::copy_n(widened, face_size, texels);
         }
     }

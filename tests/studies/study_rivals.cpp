@@ -57,9 +57,10 @@ Scene hundred_chairs(const std::filesystem::path&) {
 }
 
 std::vector<RivalRow> all_rows() {
-    return {{"interior", "interior", shipped},   {"sunrise", "sunrise", shipped},
-            {"forest", "forest", shipped},       {"overcast", "", shipped},
-            {"scan", "forest", scanned_model},   {"parts", "forest", model_of_parts},
+    return {{"interior", "interior", shipped},     {"sunrise", "sunrise", shipped},
+            {"forest", "forest", shipped},         {"overcast", "", shipped},
+            {"scan", "forest", scanned_model},     {"parts", "forest", model_of_parts},
+            {"pieces", "forest", model_of_pieces}, {"cards", "forest", leaf_cards},
             {"chairs", "forest", hundred_chairs}};
 }
 

@@ -18,4 +18,10 @@ Scene scanned_model(const std::filesystem::path& folder);
 /// Returns a model of 39 parts with about 30,000 triangles on a floor of 6 m, each part an entity.
 Scene model_of_parts(const std::filesystem::path& folder);
 
+/// Returns a model of 231 intersecting pieces with about 100,000 triangles, one entity, on a floor of 6 m.
+Scene model_of_pieces(const std::filesystem::path& folder);
+
+/// Returns 2,000 square cards in all directions, one entity, on a floor of 4 m.
+Scene leaf_cards(const std::filesystem::path& folder);
+
 }  // namespace haarfield::baseline
