@@ -65,10 +65,6 @@ struct FaceHorizon {
     bool is_above(float u, float v) const { return at + along_u * u + along_v * v > 0; }
 };
 
-float texel_centre(std::size_t index, int face_size) {
-    return (2 * static_cast<float>(index) + 1) / static_cast<float>(face_size) - 1;
-}
-
 /// Fills the one to three empty quadrants of a square with values that need the fewest wavelets. A single one
 /// gets the value without a diagonal wavelet; otherwise, each copies a neighbour.
 void fill_quadrants(std::array<float, 4>& mean) {
@@ -127,9 +123,12 @@ struct VisibilityTransform::Buffers {
     std::array<std::uint32_t, cubemap_faces + 1> first_varying{};
     std::vector<Candidate> candidates;
     std::uint64_t open_squared = 0;  ///< Sum of the squared counts above the horizon.
+    std::vector<float> centres;      ///< u of the centres of texels by column, and v by row.
 
     explicit Buffers(int size) : face_size(size), levels(std::countr_zero(unsigned(size))) {
         squares.resize(((std::size_t(1) << (2 * levels)) - 1) / 3);
+        for (int i = 0; i < size; ++i)
+            centres.push_back((2 * static_cast<float>(i) + 1) / static_cast<float>(size) - 1);
     }
 
     Square* level(int l) { return squares.data() + ((std::size_t(1) << (2 * l)) - 1) / 3; }
@@ -176,12 +175,11 @@ struct VisibilityTransform::Buffers {
                                std::size_t block_y) {
         std::array<std::uint8_t, block_size * block_size> above;
         for (std::size_t y = 0; y < block_size; ++y) {
-            const float v = texel_centre(block_size * block_y + y, face_size);
+            const float v = centres[block_size * block_y + y];
             for (std::size_t x = 0; x < block_size; ++x)
-                above[block_size * y + x] =
-                    horizon.is_above(texel_centre(block_size * block_x + x, face_size), v)
-                        ? texels[y * std::size_t(face_size) + x]
-                        : empty_texel;
+                above[block_size * y + x] = horizon.is_above(centres[block_size * block_x + x], v)
+                                                ? texels[y * std::size_t(face_size) + x]
+                                                : empty_texel;
         }
         transform_block(above.data(), block_size, block_x, block_y);
     }
@@ -201,8 +199,8 @@ struct VisibilityTransform::Buffers {
     /// Returns the number of corner texels of a square of texels that are above the horizon. 4: all texels
     /// are; 0: none.
     int corners_above(const FaceHorizon& horizon, std::size_t x, std::size_t y, std::size_t side) const {
-        const float left = texel_centre(x, face_size), right = texel_centre(x + side - 1, face_size);
-        const float top = texel_centre(y, face_size), bottom = texel_centre(y + side - 1, face_size);
+        const float left = centres[x], right = centres[x + side - 1];
+        const float top = centres[y], bottom = centres[y + side - 1];
         return horizon.is_above(left, top) + horizon.is_above(right, top) + horizon.is_above(left, bottom) +
                horizon.is_above(right, bottom);
     }
@@ -213,10 +211,13 @@ struct VisibilityTransform::Buffers {
     std::uint64_t texels_above(const FaceHorizon& horizon, std::size_t x, std::size_t y,
                                std::size_t side) const {
         std::uint64_t count = 0;
-        for (std::size_t row = y; row < y + side; ++row) {
-            const float v = texel_centre(row, face_size);
-            for (std::size_t column = x; column < x + side; ++column)
-                count += horizon.is_above(texel_centre(column, face_size), v);
+        const std::span columns = std::span(centres).subspan(x, side);
+        for (const float v : std::span(centres).subspan(y, side)) {
+            // Along a row, the horizon is crossed once at most.
+            const bool first = horizon.is_above(columns.front(), v);
+            const auto same = [&](float u) { return horizon.is_above(u, v) == first; };
+            const auto crossing = std::ranges::partition_point(columns, same);
+            count += std::uint64_t(first ? crossing - columns.begin() : columns.end() - crossing);
         }
         return count;
     }
