@@ -332,7 +332,7 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
                 {t, (front >> i & 1) != 0, range_of(vertices + 4 * std::size_t(occluder.triangles()[t][0]))});
         }
     }
-    // What near triangles hide need not be drawn.
+    // Then nearer triangles often block all samples of a triangle, which `draw` skips.
     if (scratch.drawn.size() >= fewest_sorted) sort_by_range(scratch.drawn, scratch.sorted);
     for (const DrawnTriangle& triangle : scratch.drawn) block(triangle.number, triangle.front);
     for (int face = 0; face < cubemap_faces; ++face)

@@ -11,7 +11,7 @@
 
 namespace haarfield {
 
-/// A triangle to be drawn.
+/// A triangle to be drawn, unless nearer ones block all of its samples.
 struct DrawnTriangle {
     std::uint32_t number;
     bool front;          ///< True if the view point is in front of it.
@@ -29,8 +29,8 @@ struct SpanScratch {
 };
 
 /// Blocks the samples that triangles of the occluder cover. Triangles before one_sided() block with their
-/// front faces only. Does not clear samples. Many triangles are drawn from near to far, and those whose
-/// samples nearer ones block are not drawn.
+/// front faces only. Does not clear samples. Large numbers of triangles are drawn from near to far, and
+/// triangles whose samples are all blocked already are skipped.
 ///
 /// chosen  one bit per triangle: set to draw it.
 /// cost    O(triangles / 64 + chosen triangles + sub-columns of those that are drawn). 2,000 quads that block

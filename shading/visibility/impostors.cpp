@@ -94,7 +94,7 @@ HWY_INLINE VF opacity_at(const MaskLevel& level, VF x, VF y, hn::Mask<Floats> wa
 /// Multiplies the visibility of a row of texels by the transparency of a mask.
 ///
 /// length  of the row, at least a vector.
-/// lane    0, 1, 2, ..., whose computation is slow.
+/// lane    numbers of the lanes: 0, 1, 2, ... They are slow to compute.
 HWY_INLINE void hide_in_row(const MaskLevel& level, const MaskOnFace& on, TexelRange columns, float v,
                             float step, int length, VF lane, std::uint8_t* texels) {
     const Floats d;

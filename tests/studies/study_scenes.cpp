@@ -13,8 +13,9 @@ namespace {
 
 /// Writes the surface of a cube of cells, moved by a function of the point on the cube.
 ///
-/// cells  along an edge.
-/// first  number of the first vertex, from 1. Returns that of the next surface.
+/// cells    along an edge.
+/// first    number of the first vertex, from 1.
+/// returns  the number after that of the last vertex.
 template <class Moved>
 int write_cube(std::ostream& out, int cells, const Moved& moved, int first = 1) {
     const std::array<std::array<Vec3d, 3>, 6> sides{{{Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)},
@@ -91,8 +92,8 @@ Entity entity_of(const std::string& name, const std::filesystem::path& mesh, con
 
 Scene crowd(const Scene& shipped, int rows, int columns, bool turned) {
     constexpr float floor_width = 40, shipped_floor_width = 6;
-    std::mt19937 random(1);
-    const auto number = [&] { return static_cast<float>(double(random()) * 0x1p-32 - 0.5); };
+    RandomNumbers random(1);
+    const auto number = [&] { return static_cast<float>(random() - 0.5); };
     Scene scene = shipped;
     std::erase_if(scene.instances, [](const Instance& instance) { return instance.name != "floor"; });
     scene.instances[0].placement.scale = floor_width / shipped_floor_width;
